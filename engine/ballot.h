@@ -100,13 +100,13 @@ class Engine {
   /// Opens the device that the options name, for EngineOptions::context. Throws Error(Device) if no device is usable.
   static std::shared_ptr<Context> open_device(const EngineOptions& options);
 
-  /// Returns the scene. Triangles and normals that have moved on the device are brought back first, which takes time:
-  /// scene_facts() is the same without them.
+  /// Returns the scene. What has moved on the device, or with its instances, is brought back first, which takes time:
+  /// scene_facts() is the same without it.
   const Scene& scene() const {
     late_.bring();
     return scene_;
   }
-  /// Returns the scene, whose triangles and normals may be those of an earlier time; all else is as it is now.
+  /// Returns the scene, whose triangles, normals, placements and bounds may be those of an earlier time.
   const Scene& scene_facts() const { return scene_; }
   /// Returns the meshes' trees and the instances of a scene that has some; null if it has none.
   const Forest* forest() const { return forest_.get(); }
@@ -164,6 +164,17 @@ class Engine {
   /// Batches and films of before end all the same.
   void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
 
+  /// The same for one mesh of a scene with instances: its own tree follows, and the tree over the instances; all else
+  /// stays. `triangles` are in the mesh's space.
+  void move_mesh(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
+
+  /// Moves the instances of a scene that has some: one transform for each. The top-level tree is refitted, or built
+  /// anew once refits have raised its cost by a quarter; the trees of the meshes stay.
+  /// Throws Error(Arguments) if the scene is flat, the number differs or a transform cannot be placed
+  /// (place_instance()), Error(Work) if the device fails; the scene is then as it was. Ends the use of batches, films
+  /// and the checker of before.
+  void set_transforms(std::span<const Transform> transforms);
+
   /// Builds the tree anew if queries since its last build have lost more time, because triangles have moved, than a
   /// build takes. To be asked before queries of a scene whose tree follows as UpdateMode::Auto says. Ends the use of
   /// batches, films and the checker of before if it builds; returns true then.
@@ -177,8 +188,9 @@ class Engine {
     double pose_s = 0;      // of set_time(): until the triangles were known
   };
   const Update& last_update() const { return update_; }
-  /// Returns the tree's cost by the SAH over that at its build, and what builds and refits took.
-  const RefitPolicy& refit_policy() const { return policy_; }
+  /// Returns the tree's cost by the SAH over that at its build, and what builds and refits took; of each mesh of a
+  /// scene with instances.
+  const RefitPolicy& refit_policy(std::size_t mesh = 0) const { return policies_[mesh]; }
 
   /// Replaces the sky. Ends the use of batches, films and the checker of before.
   void set_sky(Sky sky);
@@ -285,13 +297,16 @@ class Engine {
   void make_renderers();
   void make_forest(bool use_cache, const Progress& progress);
   void move_instances(Pose pose, double pose_s);
+  void bring_transforms();
   void refuse_instances(const char* what) const;
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
   void adopt(SceneTree&& built);
   void try_to_rebuild();
   void count_walks();
   void begin_update();
-  bool wants_refit(UpdateMode mode) const;
+  Bvh follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area);
+  void end_update(const Timer& timer);
+  bool rebuild_meshes();
   Pose pose(const AnimationClip& clip, double seconds);
   void set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode);
@@ -308,9 +323,9 @@ class Engine {
   StartTimes times_;
   std::shared_ptr<Context> gpu_;
   Bvh bvh_;
-  std::unique_ptr<Forest> forest_;  // null: the scene is flat
-  RefitPolicy policy_;
-  double walked_s_ = 0;  // Tracer::walked_s() when the policy was last told
+  std::unique_ptr<Forest> forest_;     // null: the scene is flat
+  std::vector<RefitPolicy> policies_;  // of each mesh; of a flat scene one
+  double walked_s_ = 0;                // Tracer::walked_s() when the policies were last told
   Update update_;
   SceneFeatures features_;
   std::unique_ptr<Tracer> tracer_;

@@ -74,7 +74,9 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
     tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
   }
   times_.bvh_s = timer.seconds();
-  policy_.built(times_.bvh_s, bvh_.stats.sah);
+  policies_.resize(forest_ ? forest_->meshes().size() : 1);
+  for (std::size_t i = 0; i < policies_.size(); ++i)
+    policies_[i].built(times_.bvh_s, forest_ ? forest_->meshes()[i].bvh.stats.sah : bvh_.stats.sah);
   tracer_->tree().set_late(&late_);
   if (options.use_cache) tracer_->tree().keep_in(cache_folder() / "bvh");
   make_renderers();

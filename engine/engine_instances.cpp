@@ -2,6 +2,8 @@
 
 #include "engine/ballot.h"
 #include "engine/built_tree.h"
+#include "engine/bvh/refit.h"
+#include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
 #include "engine/scene/instances.h"
 #include "engine/tree/build/device_build.h"
@@ -12,23 +14,30 @@ namespace {
 
 constexpr std::size_t kCachedTriangles = 1 << 12;  // smaller trees are built faster than files are read
 
-/// Returns the meshes of a scene as they lie in its arrays.
-std::vector<std::vector<Triangle>> meshes_of(const Scene& scene) {
-  const SceneInstances& all = scene.instances;
-  std::vector<std::vector<Triangle>> meshes;
-  for (std::size_t m = 0; m < all.meshes(); ++m)
-    meshes.emplace_back(scene.triangles.begin() + std::ptrdiff_t(all.first[m]),
-                        scene.triangles.begin() + std::ptrdiff_t(all.first[m + 1]));
+/// Returns the meshes of a layout as they lie in the arrays of the scene.
+std::vector<std::span<const Triangle>> meshes_of(const Scene& scene, const TreeLayout& layout) {
+  std::vector<std::span<const Triangle>> meshes;
+  for (std::size_t m = 0; m + 1 < layout.first.size(); ++m)
+    meshes.push_back(std::span(scene.triangles).subspan(layout.first[m], layout.first[m + 1] - layout.first[m]));
   return meshes;
 }
 
 std::vector<Transform> transforms_of(const Scene& scene) {
   std::vector<Transform> transforms;
-  for (const Placement& p : scene.instances.placements) transforms.push_back(p.transform);
+  for (const Placement& p : tree_layout(scene).placements) transforms.push_back(p.transform);
   return transforms;
 }
 
 }  // namespace
+
+/// Builds the tree of a mesh.
+Bvh build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
+               const Progress& progress) {
+  if (builder_of(settings.builder).on_device) return DeviceBuild(gpu, triangles, settings).bvh();
+  if (use_cache && triangles.size() >= kCachedTriangles)
+    return build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress);
+  return build_bvh(triangles, settings, progress);
+}
 
 std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
                                      const Forest* before, const Progress& progress) {
@@ -39,19 +48,13 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
     };
     const MeshTree* same = before ? &before->meshes()[mesh] : nullptr;
     ++mesh;
-    Bvh made;
-    if (same && std::ranges::equal(same->triangles, triangles))
-      made = same->bvh;
-    else if (builder_of(settings.builder).on_device)
-      made = DeviceBuild(gpu, triangles, settings).bvh();
-    else if (use_cache && triangles.size() >= kCachedTriangles)
-      made = build_bvh_cached(triangles, settings, cache_folder() / "bvh", part);
-    else
-      made = build_bvh(triangles, settings, part);
+    const bool keeps = same && std::ranges::equal(same->triangles, triangles);
+    Bvh made = keeps ? same->bvh : build_mesh(gpu, triangles, settings, use_cache, part);
     done += triangles.size();
     return made;
   };
-  return std::make_unique<Forest>(meshes_of(scene), scene.instances.placements, build);
+  const TreeLayout layout = tree_layout(scene);
+  return std::make_unique<Forest>(meshes_of(scene, layout), layout.placements, build);
 }
 
 void Engine::make_forest(bool use_cache, const Progress& progress) {
@@ -82,6 +85,7 @@ void Engine::move_instances(Pose pose, double pose_s) {
   std::unique_ptr<Forest> forest;
   try {
     check_instances(scene_);
+    check_spreads(scene_);
     bounds = bounds_of_instances(scene_);
     gpu_->finish();
     if (pose.moves_triangles || turns)
@@ -95,6 +99,7 @@ void Engine::move_instances(Pose pose, double pose_s) {
   if (forest) {
     drop_renderers();
     rays_.reset();
+    points_.reset();
     tracer_.reset();
     forest_ = std::move(forest);
     tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
@@ -108,6 +113,80 @@ void Engine::move_instances(Pose pose, double pose_s) {
   make_renderers();
   update_ = {.seconds = timer.seconds(), .pose_s = pose_s};
   update_.ready_s = update_.seconds - tree_s;
+}
+
+/// Returns the tree of a mesh of a forest for triangles that have moved, and tells the mesh's policy.
+Bvh Engine::follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area) {
+  const Timer timer;
+  RefitPolicy& policy = policies_[mesh];
+  if (same_area && policy.wants_refit(mode)) {
+    Bvh tree = forest_->meshes()[mesh].bvh;
+    refit_bvh(tree, triangles, build_);
+    policy.refitted(timer.seconds(), tree.stats.sah);
+    update_.refitted = mode != UpdateMode::Auto || !policy.regrets_refit();
+    if (update_.refitted) return tree;
+  }
+  Bvh tree = build_mesh(*gpu_, triangles, build_, false, {});
+  policy.built(timer.seconds(), tree.stats.sah);
+  return tree;
+}
+
+void Engine::move_mesh(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode) {
+  const Timer timer;
+  const MeshTree& old = forest_->meshes()[mesh];
+  const MovedTriangles moved = check_moved(old.triangles, old.bvh.stats.degenerate, triangles, scene_.name);
+  begin_update();
+  const RefitPolicy before = policies_[mesh];
+  try {
+    Bvh tree = follow_mesh(mesh, triangles, mode, moved.same_area);
+    const MeshExtents extents = extents_of(tree, triangles);
+    tracer_->tree().change_mesh(mesh, {old.triangles, std::move(tree), extents}, update_.refitted);
+  } catch (...) {
+    policies_[mesh] = before;
+    throw;
+  }
+  copy_parallel(std::span<const Triangle>(triangles),
+                std::span(scene_.triangles).subspan(scene_.instances.first[mesh], triangles.size()));
+  end_update(timer);
+}
+
+/// Has the rest of the engine follow instances or meshes that have moved.
+void Engine::end_update(const Timer& timer) {
+  bvh_ = forest_->summary();
+  features_.tree = forest_->facts();
+  late_.are_there([this] { bring_transforms(); });
+  const double tree_s = timer.seconds();
+  make_renderers();
+  update_.seconds = timer.seconds();
+  update_.ready_s = update_.seconds - tree_s;
+}
+
+/// Builds the trees of meshes anew that are overdue. If there is no room for one, that at hand serves.
+bool Engine::rebuild_meshes() {
+  bool built = false;
+  for (std::size_t i = 0; i < policies_.size(); ++i) {
+    if (!policies_[i].overdue()) continue;
+    const std::span<const Triangle> triangles = forest_->meshes()[i].triangles;
+    move_mesh(i, {triangles.begin(), triangles.end()}, UpdateMode::Rebuild);
+    built = true;
+  }
+  return built;
+}
+
+void Engine::set_transforms(std::span<const Transform> transforms) {
+  if (!forest_) fail(Failure::Arguments, "scene '{}' has no instances; make one of meshes and instances", scene_.name);
+  const Timer timer;
+  begin_update();
+  tracer_->move_instances(transforms);
+  end_update(timer);
+}
+
+/// Brings the transforms of the instances to the scene, and the bounds that follow from them.
+void Engine::bring_transforms() {
+  const std::vector<std::uint32_t> from = tree_layout(scene_).from;
+  for (std::size_t i = 0; i < from.size(); ++i)
+    scene_.instances.placements[from[i]].transform = forest_->transforms()[i];
+  scene_.bounds = bounds_of_instances(scene_);
 }
 
 Triangle Engine::triangle(std::uint32_t prim) const {

@@ -26,13 +26,6 @@ void move_back(std::span<Triangle> triangles, const glm::vec3& by) {
   });
 }
 
-bool is_identity(const Transform& t) {
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c)
-      if (t.m[r][c] != (r == c ? 1.0f : 0.0f)) return false;
-  return true;
-}
-
 /// Moves the instances of a scene. Meshes that lie in the world move with it, so that instances with the identity keep
 /// that and stay closed where they meet. Other meshes that lie far from the zero of their own space come near it.
 void move_instances_back(Scene& scene, const glm::vec3& by) {
@@ -79,7 +72,10 @@ Engine& Engine::pictures() {
   return *near_zero_;
 }
 
-glm::vec3 Engine::picture_origin() const { return box_origin(scene_.bounds); }
+glm::vec3 Engine::picture_origin() const {
+  if (forest_) late_.bring();
+  return box_origin(scene_.bounds);
+}
 
 std::string Engine::picture_note() const {
   // Roundings in the longest side of a triangle. A closed furnace of 168 is 0.1 % too dark, one of 84 0.2 %.

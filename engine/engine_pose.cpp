@@ -34,10 +34,10 @@ Pose Engine::pose(const AnimationClip& clip, double seconds) {
 
 void Engine::set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode) {
   const Timer timer;
+  late_.bring();
   Pose pose = this->pose(clip, seconds);
   const double pose_s = timer.seconds();
   if (forest_) return move_instances(std::move(pose), pose_s);
-  late_.bring();
   const auto swap = [&] {
     if (pose.moves_triangles) scene_.normals.swap(pose.normals), turn_corners(scene_, pose.turned);
     scene_.lights.swap(pose.lights);
@@ -106,10 +106,10 @@ void Engine::follow_there(const Bounds& bounds, UpdateMode mode) {
   DeviceTree& tree = tracer_->tree();
   const std::shared_ptr<DeviceBuild> built = tree.built();
   built->swap_triangles(posed_->triangles());
-  update_.refitted = wants_refit(mode) && tree.refit(bounds);
+  update_.refitted = policies_[0].wants_refit(mode) && tree.refit(bounds);
   if (update_.refitted) {
-    policy_.refitted(timer.seconds(), built->summary().stats.sah);
-    update_.refitted = mode != UpdateMode::Auto || !policy_.regrets_refit();
+    policies_[0].refitted(timer.seconds(), built->summary().stats.sah);
+    update_.refitted = mode != UpdateMode::Auto || !policies_[0].regrets_refit();
     timer = {};
   }
   if (!update_.refitted) {
@@ -121,7 +121,7 @@ void Engine::follow_there(const Bounds& bounds, UpdateMode mode) {
       adopt({built->summary(), built});
       throw;
     }
-    policy_.built(timer.seconds(), built->summary().stats.sah);
+    policies_[0].built(timer.seconds(), built->summary().stats.sah);
     adopt({built->summary(), built});
     return;
   }

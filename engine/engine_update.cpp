@@ -1,5 +1,6 @@
 // Scenes that move: refits and builds of the tree of an Engine.
 #include <algorithm>
+#include <utility>
 
 #include "engine/built_tree.h"
 #include "engine/bvh/refit.h"
@@ -19,23 +20,26 @@ SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const Bu
   return {build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress)};
 }
 
-/// Tells the policy how long queries have walked the tree since it was last told.
+/// Tells the policies how long queries have walked the trees since they were last told. A mesh has taken the share that
+/// it has in what random rays are expected to take. Of instances none is told as long as no mesh was refitted.
 void Engine::count_walks() {
-  const double walked_s = tracer_->walked_s();
-  policy_.traced(walked_s - walked_s_);
-  walked_s_ = walked_s;
+  const double walked_s = tracer_->walked_s(), spent = walked_s - std::exchange(walked_s_, walked_s);
+  if (!forest_) return policies_[0].traced(spent);
+  if (std::ranges::none_of(policies_, [](const RefitPolicy& p) { return p.refit_s() > 0; })) return;
+  const std::vector<double> shares = forest_->walk_shares();
+  for (std::size_t i = 0; i < policies_.size(); ++i) policies_[i].traced(spent * shares[i]);
 }
 
 bool Engine::rebuild_if_overdue() {
-  if (forest_) return false;
   count_walks();
-  if (!policy_.overdue()) return false;
+  if (forest_) return rebuild_meshes();
+  if (!policies_[0].overdue()) return false;
   gpu_->finish();
   late_.bring();
   posed_.reset();
   try_to_rebuild();
   make_renderers();
-  return policy_.decay() == 1;
+  return policies_[0].decay() == 1;
 }
 
 void Engine::begin_update() {
@@ -46,10 +50,6 @@ void Engine::begin_update() {
   update_ = {};
 }
 
-bool Engine::wants_refit(UpdateMode mode) const {
-  return mode == UpdateMode::Refit || (mode == UpdateMode::Auto && !policy_.wants_build());
-}
-
 std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode mode) {
   refuse_instances("an update of vertices");
   const Timer timer;
@@ -57,19 +57,19 @@ std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode m
   const MovedTriangles moved = check_moved(scene_.triangles, bvh_.stats.degenerate, triangles, scene_.name);
   begin_update();
   posed_.reset();
-  if (wants_refit(mode) && moved.same_area && refit(triangles, moved.bounds)) {
+  if (policies_[0].wants_refit(mode) && moved.same_area && refit(triangles, moved.bounds)) {
     update_.refitted = true;
     scene_.triangles.swap(triangles);
     features_.tree = facts_of(bvh_);
     tracer_->moved(bvh_, scene_.triangles, features_.tree);
-    policy_.refitted(timer.seconds(), bvh_.stats.sah);
-    if (mode == UpdateMode::Auto && policy_.regrets_refit()) try_to_rebuild();
+    policies_[0].refitted(timer.seconds(), bvh_.stats.sah);
+    if (mode == UpdateMode::Auto && policies_[0].regrets_refit()) try_to_rebuild();
   } else {
     SceneTree built = build_tree(*gpu_, triangles, build_, false, {});
     gpu_->finish();
     scene_.triangles.swap(triangles);
     adopt(std::move(built));
-    policy_.built(timer.seconds(), bvh_.stats.sah);
+    policies_[0].built(timer.seconds(), bvh_.stats.sah);
   }
   scene_.bounds = moved.bounds;
   const double tree_s = timer.seconds();
@@ -90,7 +90,7 @@ void Engine::try_to_rebuild() {
   try {
     const Timer timer;
     adopt(build_tree(*gpu_, scene_.triangles, build_, false, {}));
-    policy_.built(timer.seconds(), bvh_.stats.sah);
+    policies_[0].built(timer.seconds(), bvh_.stats.sah);
     update_.refitted = false;
   } catch (const Error&) {
   }

@@ -81,10 +81,7 @@ const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
   Entry& entry = entries_[prim % entries_.size()];
   if (entry.prim != prim) {
     entry = {prim, glm::vec3(0)};
-    if (prim != NO_HIT && scene_.instanced)
-      entry.normal = unit_normal(scene_.instanced->forest.triangle(scene_.instanced->forest.place_of(prim)));
-    else if (prim != NO_HIT)
-      entry.normal = unit_normal(scene_.engine->triangle(prim));
+    if (prim != NO_HIT) entry.normal = unit_normal(scene_.engine->triangle(prim));
   }
   return entry.normal;
 }
@@ -99,9 +96,8 @@ void HitArrays::write_numbers(std::size_t place, std::span<const Hit> hits) cons
 }
 
 /// The same in a scene of instances.
-void HitArrays::write_places(std::size_t place, std::span<const Hit> hits) const {
+void HitArrays::write_places(std::size_t place, std::span<const Hit> hits, const Forest& forest) const {
   constexpr Forest::Place kNone{BALLOT_MISS, BALLOT_MISS};
-  const Forest& forest = scene_.instanced->forest;
   std::uint32_t last = NO_HIT, id = BALLOT_MISS;  // neighbours often hit one triangle
   Forest::Place at = kNone;
   for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -129,7 +125,7 @@ void HitArrays::fetch_triangles(std::span<const Hit> hits) const {
 /// Writes the results of rays that stand side by side, one array after the other: each loop then does one thing.
 void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const {
   const std::size_t n = hits.size();
-  if (to_.normals && !scene_.instanced) fetch_triangles(hits);
+  if (to_.normals && !scene_.engine->forest()) fetch_triangles(hits);
   if (to_.hits) std::memcpy(to_.hits + place, hits.data(), hits.size_bytes());
   if (to_.t)
     for (std::size_t i = 0; i < n; ++i)
@@ -139,8 +135,8 @@ void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals&
   if (to_.uvs)
     for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.uvs + 2 * (place + i), &hits[i].u, 2 * sizeof(float));
   if (to_.prims || to_.mesh_ids || to_.instances) {
-    if (scene_.instanced)
-      write_places(place, hits);
+    if (const Forest* forest = scene_.places())
+      write_places(place, hits, *forest);
     else
       write_numbers(place, hits);
   }

@@ -39,7 +39,9 @@ class RayArray {
 class HitArrays {
  public:
   HitArrays(const BallotHits& to, const SceneState& scene, const RowOrder& order)
-      : to_(to), scene_(scene), order_(order) {}
+      : to_(to), scene_(scene), order_(order) {
+    if (to.normals) scene.engine->scene();  // brings back what has moved elsewhere, before several threads ask for it
+  }
   /// Writes the hits of the rays from number `first` of the order on. hits() counts the rays that hit.
   void write(std::size_t first, std::span<const Hit> hits);
   /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and no
@@ -67,7 +69,7 @@ class HitArrays {
   void fetch_triangles(std::span<const Hit> hits) const;
   void write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const;
   void write_numbers(std::size_t place, std::span<const Hit> hits) const;
-  void write_places(std::size_t place, std::span<const Hit> hits) const;
+  void write_places(std::size_t place, std::span<const Hit> hits, const Forest& forest) const;
   const MeshState& mesh_of(std::uint32_t prim) const;
   bool records_alone() const;
 
@@ -99,6 +101,12 @@ class Watch {
   const char* what_;
   double done_ = 0;
 };
+
+/// Returns what the building of a tree tells its progress.
+inline Progress build_progress(Watch& watch) {
+  if (!watch) return {};
+  return [&watch](double done) { watch(done); };
+}
 
 /// While it lives, the engine's work in this thread asks the progress function of a call now and then.
 class Watched {

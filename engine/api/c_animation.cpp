@@ -38,7 +38,7 @@ BallotStatus ballot_scene_animations(BallotScene* scene, BallotAnimationInfo* in
 BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double seconds) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const DeviceUse use(*state->device);
-    ballot::Engine& engine = engine_of(*state, "time of an animation");
+    ballot::Engine& engine = *state->engine;
     const std::size_t count = clips_of(*state).size();
     if (animation >= count)
       refuse(fmt::format("animation {} of a scene that has {}; expected a number below that", animation, count));

@@ -4,7 +4,6 @@
 
 #include "engine/api/arrays.h"
 #include "engine/api/meshes.h"
-#include "engine/tree/build/device_build.h"
 
 namespace ballot::api {
 namespace {
@@ -32,16 +31,10 @@ std::vector<Placement> read_instances(const BallotInstances& given) {
   return all;
 }
 
-/// Returns the builder of the trees of meshes.
-Forest::BuildMesh builder_of_meshes(Context& gpu, const BuildSettings& settings) {
-  if (!builder_of(settings.builder).on_device)
-    return [=](std::span<const Triangle> triangles) { return build_bvh(triangles, settings); };
-  return [&gpu, settings](std::span<const Triangle> triangles) { return DeviceBuild(gpu, triangles, settings).bvh(); };
-}
-
-InstanceScene& instances_of(const SceneState& scene, const char* call) {
-  if (!scene.instanced) refuse(fmt::format("{}: the scene has no instances; make one of meshes and instances", call));
-  return *scene.instanced;
+const Forest& instances_of(const SceneState& scene, const char* call) {
+  const Forest* forest = scene.places();
+  if (!forest) refuse(fmt::format("{}: the scene has no instances; make one of meshes and instances", call));
+  return *forest;
 }
 
 }  // namespace
@@ -56,28 +49,20 @@ BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMes
     need(scene, "ballot_scene_create_instances", "scene");
     need(instances, "ballot_scene_create_instances", "instances");
     if (count) need(meshes, "ballot_scene_create_instances", "meshes");
-    check_mesh_count(meshes, count);
     const BallotSceneOptions o = read_struct(options, "BallotSceneOptions");
-    const std::vector<ballot::Placement> placements = read_instances(read_struct(instances, "BallotInstances"));
     auto state = std::make_shared<SceneState>();
     state->device = d;
-    std::vector<std::vector<ballot::Triangle>> triangles;
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::string where = fmt::format("mesh {}", i);
-      const BallotMesh m = mesh_struct(meshes, i);
-      const MeshState& mesh = state->meshes.emplace_back(read_mesh(m, first, where));
-      first += mesh.triangles;
-      const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
-      check_vertices(m.positions, stride, m.vertex_count, where);
-      gather(mesh, m.positions, stride, triangles.emplace_back(mesh.triangles).data());
-    }
+    if (o.update) state->update = ballot::find_named(ballot::kUpdateModes, o.update, "update mode").id;
+    std::vector<ballot::Placement> placements = read_instances(read_struct(instances, "BallotInstances"));
+    ballot::Scene made = read_meshes(meshes, count, state->meshes);
+    made.instances.placements = std::move(placements);
+    made.instances.placed = true;
+    ballot::finish_scene(made);
     const DeviceUse use(*d);
-    const ballot::BuildSettings settings = engine_options(*d, o, "balanced", false).build;
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
-    state->instanced = std::make_unique<InstanceScene>(*d->gpu, std::move(triangles), placements,
-                                                       builder_of_meshes(*d->gpu, settings));
+    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, "balanced", false),
+                                                     build_progress(watch));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -87,15 +72,14 @@ BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* tran
     if (count) need(transforms, "ballot_scene_update_instances", "transforms");
     const std::size_t bytes = stride_of(stride, kTransformBytes, count, "instances: stride");
     const DeviceUse use(*state->device);
-    InstanceScene& of = instances_of(*state, "update of instances");
-    if (count != of.forest.size())
-      refuse(fmt::format("instances: {} transforms, but the scene has {} instances", count, of.forest.size()));
+    const std::size_t size = instances_of(*state, "update of instances").size();
+    if (count != size) refuse(fmt::format("instances: {} transforms, but the scene has {} instances", count, size));
     // Matrices one behind the other are taken where they lie.
     std::vector<ballot::Transform> gathered(bytes == kTransformBytes ? 0 : count);
     for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = transform_at(transforms, bytes, i);
     std::span<const ballot::Transform> all = gathered;
     if (bytes == kTransformBytes) all = {reinterpret_cast<const ballot::Transform*>(transforms), count};
-    of.tracer.move_instances(all);
+    state->engine->set_transforms(all);
   });
 }
 
@@ -103,7 +87,7 @@ BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotIn
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_instance", "info");
     const DeviceHold hold(*state->device);
-    const ballot::Forest& forest = instances_of(*state, "instance").forest;
+    const ballot::Forest& forest = instances_of(*state, "instance");
     if (instance >= forest.size()) refuse(fmt::format("instance {}: the scene has {}", instance, forest.size()));
     BallotInstanceInfo i = BALLOT_INIT(BallotInstanceInfo);
     i.mesh = forest.mesh_of(instance);

@@ -165,7 +165,7 @@ BallotTimes times_of(PointClock::time_point begin, const TraceTimes& spent, std:
 BallotTimes query_points(SceneState& scene, const PointArray& points, const BallotNearest& to,
                          const BallotPointQuery& query) {
   const auto begin = PointClock::now();
-  ballot::Engine& engine = engine_of(scene, "points");
+  ballot::Engine& engine = *scene.engine;
   Watch watch(query, *scene.device, "points");
   const Watched watched(watch);
   NearestArrays out(to, scene, is_by_sides(query));
@@ -192,7 +192,7 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
 TraceTimes query_arrays(SceneState& scene, BufferState& points, BufferState& answers, std::uint64_t count,
                         const BallotPointQuery& query) {
   constexpr const char* kCall = "points on the device";
-  ballot::Engine& engine = engine_of(scene, kCall);
+  ballot::Engine& engine = *scene.engine;
   Buffer<ProbePoint>& from = array_of<ProbePoint>(points, scene, count, kCall, "points");
   PointQuery how{.exact = is_exact(query.numeric), .sides = is_by_sides(query)};
   if (std::holds_alternative<Buffer<Nearest>>(answers.array)) {
@@ -273,7 +273,7 @@ BallotTimes count_crossings(SceneState& scene, const RayArray& rays, const Ballo
       std::ranges::copy(some.subspan(i, n), lists.counts + place);
     });
   };
-  RayQueries& queries = engine_of(scene, "crossings").rays();
+  RayQueries& queries = scene.engine->rays();
   return times_of(begin, queries.count(query.source(rays, order, watch), take, query.query()), hits);
 }
 
@@ -295,7 +295,7 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
     if (lists.take(lists.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(found.data())))
       throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {} rays", first + counts.size()));
   };
-  RayQueries& queries = engine_of(scene, "crossings").rays();
+  RayQueries& queries = scene.engine->rays();
   return times_of(begin, queries.list(query.source(rays, in_turn, watch), take, query.query()), hits);
 }
 

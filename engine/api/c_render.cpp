@@ -86,7 +86,7 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
     if (room) need(rays, "ballot_make_rays", "rays");
     const DeviceUse use(*state->device);
     keep_fit(*state);
-    ballot::Engine& engine = engine_of(*state, "rays of a view");
+    ballot::Engine& engine = *state->engine;
     const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto batch = engine.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
     *count = batch->count();
@@ -107,7 +107,7 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     const DeviceUse use(*state->device);
     keep_fit(*state);
     const Watched watched(watch);
-    ballot::Engine& engine = engine_of(*state, "picture");
+    ballot::Engine& engine = *state->engine;
     const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
     const auto options = options_of(p, q);
     use_sky(*state, engine, p.sky ? p.sky : "");

@@ -5,33 +5,22 @@
 namespace ballot::api {
 namespace {
 
-void add_normals(const BallotMesh& m, const MeshState& mesh, ballot::Scene& scene, const std::string& where) {
-  if (!m.normals) return;
-  const std::size_t stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
-  check_vertices(m.normals, stride, m.vertex_count, where + ", normals");
-  scene.normals.resize(scene.triangles.size());
-  gather(mesh, m.normals, stride, scene.normals.data() + mesh.first);
-}
-
-/// Gives the triangles of meshes without normals their own, where other meshes have some.
-void fill_normals(ballot::Scene& scene) {
-  if (scene.normals.empty()) return;
-  scene.normals.resize(scene.triangles.size());
-  for (std::size_t i = 0; i < scene.triangles.size(); ++i)
-    for (glm::vec3& n : scene.normals[i])
-      if (n == glm::vec3(0)) n = geometric_normal(scene.triangles[i]);
-}
-
 void check_same_vertices(const MeshState& mesh, std::size_t count, const std::string& where) {
   if (count != mesh.vertices)
     refuse(fmt::format("{}: {} vertices, but the mesh was made with {}; make a new scene for another mesh", where,
                        count, mesh.vertices));
 }
 
-/// Returns what the building of a tree tells its progress.
-Progress build_progress(Watch& watch) {
-  if (!watch) return {};
-  return [&watch](double done) { watch(done); };
+/// Moves the vertices of a mesh in a scene without instances, whose triangles are in one tree.
+void move_flat(SceneState& state, const MeshState& m, const float* positions, std::size_t stride) {
+  const std::span<const ballot::Triangle> old = state.engine->scene().triangles;
+  std::vector<ballot::Triangle>& moved = state.spare;
+  moved.resize(old.size());
+  const std::size_t behind = m.first + m.triangles;
+  ballot::copy_parallel(old.first(m.first), std::span(moved).first(m.first));
+  ballot::copy_parallel(old.subspan(behind), std::span(moved).subspan(behind));
+  gather(m, positions, stride, moved.data() + m.first);
+  moved = state.engine->move(std::move(moved), state.update);
 }
 
 const MeshState& mesh_at(const SceneState& state, std::size_t mesh, const char* call) {
@@ -55,19 +44,7 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     auto state = std::make_shared<SceneState>();
     state->device = d;
     if (o.update) state->update = ballot::find_named(ballot::kUpdateModes, o.update, "update mode").id;
-    ballot::Scene made;
-    made.name = "scene";
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::string where = fmt::format("mesh {}", i);
-      const BallotMesh m = mesh_struct(meshes, i);
-      const MeshState& mesh = state->meshes.emplace_back(read_mesh(m, made.triangles.size(), where));
-      const std::size_t position_stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
-      check_vertices(m.positions, position_stride, m.vertex_count, where);
-      made.triangles.resize(mesh.first + mesh.triangles);
-      gather(mesh, m.positions, position_stride, made.triangles.data() + mesh.first);
-      add_normals(m, mesh, made, where);
-    }
-    fill_normals(made);
+    ballot::Scene made = read_meshes(meshes, count, state->meshes);
     ballot::finish_scene(made);
     const DeviceUse use(*d);
     Watch watch(o, *d, "scene");
@@ -109,20 +86,19 @@ BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* p
     const DeviceUse use(*state->device);
     if (state->from_file)
       refuse("update of vertices: the scene was loaded from a file; make one of meshes to move their vertices");
-    ballot::Engine& engine = engine_of(*state, "update of vertices");
+    ballot::Engine& engine = *state->engine;
     const MeshState& m = mesh_at(*state, mesh, "update of vertices");
     const std::string where = fmt::format("update of vertices: mesh {}", mesh);
     check_same_vertices(m, count, where);
     const std::size_t bytes = vertex_stride(stride, count, where + ": stride");
     check_vertices(positions, bytes, count, where);
-    const std::span<const ballot::Triangle> old = engine.scene().triangles;
-    std::vector<ballot::Triangle>& moved = state->spare;
-    moved.resize(old.size());
-    const std::size_t behind = m.first + m.triangles;
-    ballot::copy_parallel(old.first(m.first), std::span(moved).first(m.first));
-    ballot::copy_parallel(old.subspan(behind), std::span(moved).subspan(behind));
-    gather(m, positions, bytes, moved.data() + m.first);
-    moved = engine.move(std::move(moved), state->update);
+    if (engine.forest()) {
+      std::vector<ballot::Triangle> moved(m.triangles);
+      gather(m, positions, bytes, moved.data());
+      engine.move_mesh(mesh, std::move(moved), state->update);
+    } else {
+      move_flat(*state, m, positions, bytes);
+    }
     state->refits = engine.last_update().refitted ? state->refits + 1 : 0;
   });
 }
@@ -131,31 +107,26 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_info", "info");
     const DeviceHold hold(*state->device);
-    const ballot::Forest* forest = state->instanced ? &state->instanced->forest : nullptr;
-    const ballot::BvhStats& s = forest ? forest->summary().stats : state->engine->bvh_stats();
-    const ballot::Bounds& bounds = forest ? forest->top_facts().bounds : state->engine->scene_facts().bounds;
+    const ballot::Engine& engine = *state->engine;
+    const ballot::Forest* forest = engine.forest();
+    const ballot::BvhStats& s = engine.bvh_stats();
+    const ballot::Bounds& bounds = engine.scene().bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
-    i.triangles = forest ? s.triangles : state->engine->triangle_count();
+    i.triangles = state->places() ? s.triangles : engine.triangle_count();
     i.degenerate = s.degenerate;
     i.meshes = state->meshes.size();
+    i.views = engine.scene_facts().views.size();
     if (forest) {
       i.instances = forest->size();
       i.instance_triangles = forest->triangle_count();
       i.top_seconds = forest->top_facts().build_s;
-    } else {
-      i.views = state->engine->scene_facts().views.size();
-      if (const ballot::Forest* kept = state->engine->forest()) {
-        i.instances = kept->size();
-        i.instance_triangles = kept->triangle_count();
-        i.top_seconds = kept->top_facts().build_s;
-      }
     }
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     i.nodes = s.nodes, i.leaves = s.leaves, i.depth = s.depth;
     i.sah = s.sah;
-    i.build_seconds = forest ? s.build_s : state->engine->refit_policy().build_s();
-    i.decay = forest ? 1 : state->engine->refit_policy().decay();
-    i.update_seconds = forest ? 0 : state->engine->last_update().seconds;
+    i.build_seconds = forest ? s.build_s : engine.refit_policy().build_s();
+    i.decay = forest ? 1 : engine.refit_policy().decay();
+    i.update_seconds = engine.last_update().seconds;
     i.refits = state->refits;
     write_struct(info, i, "BallotSceneInfo");
   });
@@ -173,11 +144,10 @@ BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(triangles, "ballot_scene_triangles", "triangles");
     const DeviceHold hold(*state->device);
-    const auto copy = [&](const std::vector<ballot::Triangle>& all) {
-      if (!all.empty()) std::memcpy(triangles, all.data(), all.size() * sizeof(ballot::Triangle));
-      triangles += 9 * all.size();
-    };
-    if (!state->instanced) return copy(ballot::world_triangles(state->engine->scene()));
-    for (const ballot::MeshTree& mesh : state->instanced->forest.meshes()) copy(mesh.triangles);
+    const ballot::Scene& of = state->engine->scene();
+    const std::vector<ballot::Triangle> world =
+        state->places() ? std::vector<ballot::Triangle>() : ballot::world_triangles(of);
+    const std::span<const ballot::Triangle> all = state->places() ? of.triangles : world;
+    if (!all.empty()) std::memcpy(triangles, all.data(), all.size_bytes());
   });
 }

@@ -31,6 +31,23 @@ std::vector<std::uint32_t> read_indices(const BallotMesh& m, const std::string& 
   return indices;
 }
 
+void add_normals(const BallotMesh& m, const MeshState& mesh, Scene& scene, const std::string& where) {
+  if (!m.normals) return;
+  const std::size_t stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
+  check_vertices(m.normals, stride, m.vertex_count, where + ", normals");
+  scene.normals.resize(scene.triangles.size());
+  gather(mesh, m.normals, stride, scene.normals.data() + mesh.first);
+}
+
+/// Gives the triangles of meshes without normals their own, where other meshes have some.
+void fill_normals(Scene& scene) {
+  if (scene.normals.empty()) return;
+  scene.normals.resize(scene.triangles.size());
+  for (std::size_t i = 0; i < scene.triangles.size(); ++i)
+    for (glm::vec3& n : scene.normals[i])
+      if (n == glm::vec3(0)) n = geometric_normal(scene.triangles[i]);
+}
+
 }  // namespace
 
 void check_mesh_count(const BallotMesh* meshes, std::size_t count) {
@@ -81,6 +98,28 @@ void gather(const MeshState& mesh, const float* from, std::size_t stride, std::a
         to[t][k] = vertex(from, stride, mesh.indices.empty() ? corner : mesh.indices[corner]);
       }
   });
+}
+
+Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::vector<MeshState>& parts) {
+  check_mesh_count(meshes, count);
+  Scene made;
+  made.name = "scene";
+  SceneInstances& all = made.instances;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string where = fmt::format("mesh {}", i);
+    const BallotMesh m = mesh_struct(meshes, i);
+    const MeshState& mesh = parts.emplace_back(read_mesh(m, made.triangles.size(), where));
+    const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
+    check_vertices(m.positions, stride, m.vertex_count, where);
+    made.triangles.resize(mesh.first + mesh.triangles);
+    gather(mesh, m.positions, stride, made.triangles.data() + mesh.first);
+    add_normals(m, mesh, made, where);
+    all.first.push_back(mesh.first);
+    all.mesh_labels.push_back({.id = m.id});
+  }
+  fill_normals(made);
+  all.first.push_back(made.triangles.size());
+  return made;
 }
 
 BallotMesh mesh_struct(const BallotMesh* meshes, std::size_t i) {

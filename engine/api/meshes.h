@@ -22,6 +22,10 @@ MeshState read_mesh(const BallotMesh& m, std::size_t first, const std::string& w
 /// Writes three vectors for each triangle of a mesh.
 void gather(const MeshState& mesh, const float* from, std::size_t stride, std::array<glm::vec3, 3>* to);
 
+/// Checks meshes and returns a scene of them, which the caller finishes. Adds their parts to `parts`. Throws Refused,
+/// which names the mesh.
+Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::vector<MeshState>& parts);
+
 /// Returns mesh number i of an array of structs. Field `size` of the first tells how large each is.
 BallotMesh mesh_struct(const BallotMesh* meshes, std::size_t i);
 

@@ -137,16 +137,7 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
 }
 
 void keep_fit(SceneState& scene) {
-  if (scene.engine && scene.update == UpdateMode::Auto && scene.engine->rebuild_if_overdue()) scene.refits = 0;
-}
-
-Engine& engine_of(const SceneState& scene, const char* call) {
-  if (!scene.engine)
-    throw Refused(BALLOT_ERROR_ARGUMENT,
-                  fmt::format("{}: the scene is one of instances, which this call does not take; "
-                              "trace arrays of rays, or make a scene of moved copies",
-                              call));
-  return *scene.engine;
+  if (scene.update == UpdateMode::Auto && scene.engine->rebuild_if_overdue()) scene.refits = 0;
 }
 
 void refuse(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }

@@ -16,7 +16,6 @@
 #include "engine/api/handles.h"
 #include "engine/api/jobs.h"
 #include "engine/ballot.h"
-#include "engine/bvh/forest.h"
 
 namespace ballot::api {
 
@@ -97,27 +96,16 @@ struct MeshState {
   std::vector<std::uint32_t> indices;  // empty: vertices in turn
 };
 
-/// A scene of instances on a device.
-struct InstanceScene {
-  InstanceScene(Context& gpu, std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements,
-                const Forest::BuildMesh& build)
-      : forest(std::move(meshes), placements, build), tracer(gpu, forest) {}
-
-  Forest forest;
-  Tracer tracer;
-};
-
 struct SceneState {
   ~SceneState() {
     const DeviceHold hold(*device);
     engine.reset();
-    instanced.reset();
   }
-  Tracer& tracer() { return instanced ? instanced->tracer : engine->tracer(); }
+  /// Returns the meshes and instances that hits are told by; null if all triangles are numbered through the scene.
+  const Forest* places() const { return from_file ? nullptr : engine->forest(); }
 
   std::shared_ptr<DeviceState> device;
-  std::unique_ptr<Engine> engine;            // either
-  std::unique_ptr<InstanceScene> instanced;  // or
+  std::unique_ptr<Engine> engine;
   std::vector<MeshState> meshes;
   bool from_file = false;
   UpdateMode update = UpdateMode::Auto;
@@ -137,9 +125,6 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
 /// Builds the tree of a scene anew if it is to follow what moves by itself and has lost more time than that takes. The
 /// device's mutex is held.
 void keep_fit(SceneState& scene);
-
-/// Returns the engine of a scene. Throws Refused, which begins with `call`, if it is one of instances.
-Engine& engine_of(const SceneState& scene, const char* call);
 
 /// An array on a device, and its address in CUDA once somebody asked for it.
 struct BufferState {

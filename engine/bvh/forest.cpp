@@ -1,18 +1,32 @@
 #include "engine/bvh/forest.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
+#include <utility>
 
+#include "engine/bvh/build.h"
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
 
 namespace ballot {
 
-Forest::Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements,
+Forest::Forest(std::span<const std::span<const Triangle>> meshes, std::span<const Placement> placements,
                const BuildMesh& build) {
+  make(meshes, placements, build);
+}
+
+Forest::Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build)
+    : own_(std::move(meshes)) {
+  const std::vector<std::span<const Triangle>> spans(own_.begin(), own_.end());
+  make(spans, placements, build);
+}
+
+void Forest::make(std::span<const std::span<const Triangle>> meshes, std::span<const Placement> placements,
+                  const BuildMesh& build) {
   meshes_.reserve(meshes.size());
-  for (std::vector<Triangle>& triangles : meshes) {
-    MeshTree& made = meshes_.emplace_back(MeshTree{std::move(triangles), {}, {}});
+  for (const std::span<const Triangle> triangles : meshes) {
+    MeshTree& made = meshes_.emplace_back(MeshTree{triangles, {}, {}});
     made.bvh = build(made.triangles);
     made.extents = extents_of(made.bvh, made.triangles);
   }
@@ -48,21 +62,28 @@ void Forest::check_count(std::span<const Transform> transforms) const {
          mesh_of_.size());
 }
 
+MeshTree Forest::exchange(std::size_t mesh, MeshTree with) {
+  ++exchanges_;
+  reshaped_ |= with.extents.empty != meshes_[mesh].extents.empty;
+  return std::exchange(meshes_[mesh], std::move(with));
+}
+
 void Forest::move(std::span<const Transform> transforms) {
   check_count(transforms);
   std::vector<Instance> moved = placed(transforms);
   std::vector<Transform> kept(transforms.begin(), transforms.end());
-  refit_top(top_, moved);
-  if (top_.cost <= kMostTopDecay * top_.built_cost) {
+  if (!reshaped_) refit_top(top_, moved);
+  if (!reshaped_ && top_.cost <= kMostTopDecay * top_.built_cost) {
     set(std::move(moved), std::move(top_));
   } else {
     try {
       TopTree built = build_top(moved, meshes_);
       set(std::move(moved), std::move(built));
     } catch (...) {
-      refit_top(top_, instances_);
+      if (!reshaped_) refit_top(top_, instances_);
       throw;
     }
+    reshaped_ = false;
   }
   transforms_ = std::move(kept);
 }
@@ -91,6 +112,7 @@ void Forest::moved_elsewhere(std::span<const Transform> transforms, const TopFac
   if (transforms.data() != transforms_.data()) copy_parallel(transforms, std::span(transforms_));
   facts_ = top;
   late_ = true;
+  reshaped_ = false;
   summarize();
 }
 
@@ -133,6 +155,24 @@ TreeFacts Forest::facts() const {
   }
   facts.top_depth = std::max(facts_.depth, 1u);
   return facts;
+}
+
+std::vector<double> Forest::walk_shares() const {
+  std::vector<double> shares(meshes_.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < mesh_of_.size(); ++i) {
+    const MeshTree& mesh = meshes_[mesh_of_[i]];
+    if (mesh.extents.empty) continue;
+    const glm::vec3 size = mesh.bvh.bounds.hi - mesh.bvh.bounds.lo;
+    glm::vec3 moved(0);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) moved[r] += std::abs(transforms_[i].m[r][c]) * size[c];
+    const double share = half_area(glm::vec3(0), moved) * mesh.bvh.stats.sah;
+    shares[mesh_of_[i]] += share;
+    sum += share;
+  }
+  for (double& share : shares) share = sum > 0 ? share / sum : 0;
+  return shares;
 }
 
 std::uint64_t Forest::triangle_count() const {

@@ -14,7 +14,7 @@ namespace ballot {
 
 /// A mesh in its own space, and its tree.
 struct MeshTree {
-  std::vector<Triangle> triangles;
+  std::span<const Triangle> triangles;
   Bvh bvh;
   MeshExtents extents;
 };
@@ -41,14 +41,28 @@ class Forest {
  public:
   using BuildMesh = std::function<Bvh(std::span<const Triangle>)>;
 
-  /// Builds the trees of the meshes by `build`, and the top-level tree. Throws Error(Arguments) if a placement names no
-  /// mesh, as place_instance() does, or if there are too many triangles; and what `build` throws.
+  /// Builds the trees of the meshes by `build`, and the top-level tree. Keeps references to the triangles. Throws
+  /// Error(Arguments) if a placement names no mesh, as place_instance() does, or if there are too many triangles; and
+  /// what `build` throws.
+  Forest(std::span<const std::span<const Triangle>> meshes, std::span<const Placement> placements,
+         const BuildMesh& build);
+  /// The same for triangles that the forest keeps.
   Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build);
 
   /// Moves the instances: one transform for each. The top-level tree is refitted, and built anew once that has raised
   /// its cost by a quarter; the trees of the meshes stay. Hits do not depend on it. If it throws, as the constructor
   /// does, nothing has changed.
   void move(std::span<const Transform> transforms);
+
+  /// Puts another mesh in the place of one with as many triangles, and returns that. move() must follow, as instances
+  /// lie elsewhere then.
+  MeshTree exchange(std::size_t mesh, MeshTree with);
+  /// Returns how often that was done: another number tells that meshes have changed.
+  std::uint64_t exchanges() const { return exchanges_; }
+
+  /// Returns the share of each mesh in the time that random rays are expected to take in the trees below the top level:
+  /// its cost by the SAH times the area of its instances' moved boxes. Their sum is 1, or 0 if nothing can be hit.
+  std::vector<double> walk_shares() const;
 
   /// Throws Error(Arguments) if there is not one transform for each instance.
   void check_count(std::span<const Transform> transforms) const;
@@ -93,17 +107,22 @@ class Forest {
   Triangle triangle(const Place& place) const;
 
  private:
+  void make(std::span<const std::span<const Triangle>> meshes, std::span<const Placement> placements,
+            const BuildMesh& build);
   void number();
   std::vector<Instance> placed(std::span<const Transform> transforms) const;
   void set(std::vector<Instance> instances, TopTree top);
   void summarize();
   void bring() const;
 
+  std::vector<std::vector<Triangle>> own_;  // triangles that nobody else keeps
   std::vector<MeshTree> meshes_;
   std::vector<std::uint32_t> mesh_of_, first_of_;  // of each instance
   std::vector<Transform> transforms_;
   TopFacts facts_;
   Bvh summary_;
+  std::uint64_t exchanges_ = 0;
+  bool reshaped_ = false;                    // instances can be hit that could not, or the other way round
   mutable std::vector<Instance> instances_;  // these two of an earlier time while they are late
   mutable TopTree top_;
   mutable std::atomic<bool> late_{false};

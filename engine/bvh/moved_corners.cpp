@@ -24,7 +24,7 @@ std::vector<Triangle> moved_triangles(const Forest& forest) {
   need_memory(count * sizeof(Triangle), fmt::format("a list of the {} triangles of all instances", count));
   std::vector<Triangle> all(count);
   for (std::size_t i = 0; i < forest.size(); ++i) {
-    const std::vector<Triangle>& mesh = forest.meshes()[forest.mesh_of(i)].triangles;
+    const std::span<const Triangle> mesh = forest.meshes()[forest.mesh_of(i)].triangles;
     const Transform& transform = forest.transforms()[i];
     const std::size_t first = forest.first_of(i);
     for_chunks(mesh.size(), kMovedAtOnce, [&](std::size_t begin, std::size_t end) {

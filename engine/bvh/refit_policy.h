@@ -37,6 +37,10 @@ class RefitPolicy {
   /// Tells how long traces and other queries took since the last call.
   void traced(double seconds);
 
+  /// Returns true if the next update in this mode should refit the tree.
+  bool wants_refit(UpdateMode mode) const {
+    return mode == UpdateMode::Refit || (mode == UpdateMode::Auto && !wants_build());
+  }
   /// Returns true if the next update should build the tree.
   bool wants_build() const;
   /// Returns true if the refit just told of should be followed by a build at once: traces like those before it would

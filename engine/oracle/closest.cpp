@@ -288,7 +288,7 @@ ExactClosestPoints::ExactClosestPoints(OracleScene scene) : scene_(std::move(sce
   if (!forest) return;
   std::vector<Bounds> boxes;
   for (std::uint32_t i = 0; i < forest->size(); ++i) {
-    const PairTree& tree = scene_.trees()[forest->mesh_of(i)];
+    const PairTree& tree = *scene_.trees()[forest->mesh_of(i)];
     if (tree.root == END_OF_TREE) continue;
     const auto [to, reach] = MovedProbe(glm::dvec3(0), forest->transforms()[i], tree.bounds).moved(tree.bounds);
     boxes.push_back(rounded_outwards(to - reach, to + reach));
@@ -306,7 +306,7 @@ ExactClosest ExactClosestPoints::nearest(const glm::vec3& point, float limit,
   double far = nearby.far();
   const Forest* forest = scene_.forest();
   if (!forest) {
-    const PairTree& bvh = scene_.trees()[0];
+    const PairTree& bvh = *scene_.trees()[0];
     Walker(bvh).walk(probe, far, [&](std::uint32_t texel) {
       nearby.consider(decode_prim(bvh, texel), decode_triangle(bvh, texel));
       far = nearby.far();
@@ -316,7 +316,7 @@ ExactClosest ExactClosestPoints::nearest(const glm::vec3& point, float limit,
   }
   walk_boxes(top_, probe, far, [&](std::uint32_t number) {
     const std::uint32_t i = instances_[number];
-    const PairTree& tree = scene_.trees()[forest->mesh_of(i)];
+    const PairTree& tree = *scene_.trees()[forest->mesh_of(i)];
     const Transform& transform = forest->transforms()[i];
     Walker(tree).walk(MovedProbe(probe.at, transform, tree.bounds), far, [&](std::uint32_t texel) {
       nearby.consider(forest->first_of(i) + decode_prim(tree, texel),

@@ -81,8 +81,8 @@ void add_sorted(const PlacedMesh& mesh, const FilterRay& ray, std::vector<Crosse
   }
 }
 
-/// Crossings of instances, those of each in order and one instance after the other: `ends` tells where each ends. Merges
-/// them by t in float32. What rounding has turned round within an instance stays in its exact order.
+/// Merges the crossings of several instances by t in float32. They come one instance after the other, each one's in
+/// exact order, in which they stay. `ends` tells where those of each end.
 void merge(std::vector<ExactCrossing>& all, std::span<const std::size_t> ends) {
   if (ends.size() < 2) return;
   std::vector<std::pair<float, std::size_t>> order;  // a key that grows within each instance, and the place
@@ -167,7 +167,7 @@ std::vector<ExactCrossing> ExactCrossings::in_order(const Ray& ray, std::vector<
 bool ExactCrossings::inside(const glm::vec3& point) const {
   bool inside = false;
   scene_.for_each_around(
-      point, [&](std::size_t mesh, const glm::vec3& at) { inside = inside != is_inside(scene_.trees()[mesh], at); });
+      point, [&](std::size_t mesh, const glm::vec3& at) { inside = inside != is_inside(*scene_.trees()[mesh], at); });
   return inside;
 }
 

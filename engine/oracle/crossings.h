@@ -36,8 +36,8 @@ class ExactCrossings {
   /// Returns the crossings of a ray. A dead ray has none.
   std::vector<ExactCrossing> list(const Ray& ray, const KeepCrossing& keep = {}) const;
 
-  /// Puts crossings that are known to be all of a ray into order, and finds their numbers. The scene must have been made
-  /// with its triangles. The order of `prims` does not matter.
+  /// Puts crossings that are known to be all of a ray into order, and finds their numbers. The scene must have its
+  /// triangles. `prims` may come in any order.
   std::vector<ExactCrossing> in_order(const Ray& ray, std::vector<std::uint32_t> prims) const;
 
   /// Returns whether a point is inside: whether the ray from it along +x crosses an odd number of triangles, by the

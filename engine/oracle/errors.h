@@ -67,7 +67,7 @@ struct ErrorFigures {
 };
 
 /// Compares answers with the truth, in parallel. `truth` holds what ExactOracle::nearest() returned for these rays,
-/// whatever `want` is. `bound` is an oracle of the same hierarchy as `exact`. Throws Error(Arguments) if the sizes
+/// whatever `want` is. `bound` is an oracle of the same scene as `exact`. Throws Error(Arguments) if the sizes
 /// differ.
 ErrorFigures error_figures(const ExactOracle& exact, const Oracle& bound, std::span<const Ray> rays,
                            std::span<const Hit> answers, std::span<const ExactHit> truth, Want want,

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/oracle/error_findings.h"
 #include "engine/oracle/filter.h"
 #include "engine/oracle/filter_box.h"
 #include "engine/oracle/in_parallel.h"
@@ -54,15 +56,14 @@ class HitCandidate {
   std::optional<ExactSight> exact_;
 };
 
-// Finds the nearest hits of rays, one ray after the other. Not thread-safe.
+// Finds the nearest hits of rays in a mesh, one ray after the other. Not thread-safe.
 class Search {
  public:
   /// Of the triangles, those in `lost` are in no leaf.
-  Search(const PairTree& bvh, std::span<const Triangle> triangles, std::span<const std::uint32_t> lost)
-      : bvh_(bvh), triangles_(triangles), lost_(lost), walker_(bvh) {}
+  Search(const PairTree& bvh, std::span<const std::uint32_t> lost, ExactCounts& counts)
+      : bvh_(bvh), lost_(lost), walker_(bvh), counts_(counts) {}
 
-  ExactHit nearest(const Ray& ray) {
-    ++counts_.rays;
+  ExactHit nearest(const Ray& ray, std::span<const Triangle> triangles) {
     if (is_dead(ray)) return {};
     const FilterRay filter(ray);
     best_.reset();
@@ -72,10 +73,9 @@ class Search {
       if (best_) t_far = std::min(t_far, best_->t().high);
       return true;
     });
-    for (const std::uint32_t prim : lost_) test(ray, filter, triangles_[prim], prim);
+    for (const std::uint32_t prim : lost_) test(ray, filter, triangles[prim], prim);
     return best_ ? as_hit(best_->exact(), best_->prim()) : ExactHit{};
   }
-  const ExactCounts& counts() const { return counts_; }
 
  private:
   void test(const Ray& ray, const FilterRay& filter, const Triangle& triangle, std::uint32_t prim) {
@@ -112,10 +112,34 @@ class Search {
   }
 
   const PairTree& bvh_;
-  std::span<const Triangle> triangles_;
   std::span<const std::uint32_t> lost_;
   Walker walker_;
   std::optional<HitCandidate> best_;
+  ExactCounts& counts_;
+};
+
+/// Searches in all meshes that rays meet, one ray after the other. Not thread-safe.
+class Searches {
+ public:
+  /// `lost`: the triangles of each mesh that are in no leaf.
+  Searches(const OracleScene& scene, std::span<const std::vector<std::uint32_t>> lost)
+      : scene_(scene), lost_(lost), of_(scene.trees().size()) {}
+
+  ExactHit nearest(const Ray& ray) {
+    ++counts_.rays;
+    if (is_dead(ray)) return {};
+    return scene_.nearest<ExactHit>(ray, [&](const PlacedMesh& mesh) {
+      std::unique_ptr<Search>& search = of_[mesh.mesh];
+      if (!search) search = std::make_unique<Search>(mesh.tree, lost_[mesh.mesh], counts_);
+      return search->nearest(mesh.ray, mesh.triangles);
+    });
+  }
+  const ExactCounts& counts() const { return counts_; }
+
+ private:
+  const OracleScene& scene_;
+  std::span<const std::vector<std::uint32_t>> lost_;
+  std::vector<std::unique_ptr<Search>> of_;  // each mesh
   ExactCounts counts_;
 };
 
@@ -135,54 +159,64 @@ ExactCounts operator-(const ExactCounts& a, const ExactCounts& b) {
           a.interval_failures - b.interval_failures, a.order_failures - b.order_failures};
 }
 
-ExactOracle::ExactOracle(const PairTree& bvh, std::span<const Triangle> triangles) : bvh_(bvh), triangles_(triangles) {
-  for_all_triangles(bvh, [&](std::uint32_t texel) {
-    const std::size_t prim = decode_prim(bvh, texel);
-    if (prim >= texel_of_.size()) texel_of_.resize(prim + 1, NO_HIT);
-    texel_of_[prim] = texel;
-  });
-  for (std::uint32_t prim = 0; prim < triangles.size(); ++prim)
-    if ((prim >= texel_of_.size() || texel_of_[prim] == NO_HIT) && has_area(triangles[prim])) lost_.push_back(prim);
+ExactOracle::ExactOracle(OracleScene scene) : scene_(std::move(scene)) {
+  for (std::size_t mesh = 0; mesh < scene_.trees().size(); ++mesh) {
+    const LeafIndex& leaves = leaves_.emplace_back(*scene_.trees()[mesh]);
+    std::vector<std::uint32_t>& lost = lost_.emplace_back();
+    const std::span<const Triangle> triangles = scene_.triangles(mesh);
+    for (std::uint32_t prim = 0; prim < triangles.size(); ++prim)
+      if (leaves.texel(prim) == NO_HIT && has_area(triangles[prim])) lost.push_back(prim);
+  }
 }
 
 ExactHit ExactOracle::nearest(const Ray& ray) const {
-  Search search(bvh_, triangles_, lost_);
-  const ExactHit hit = search.nearest(ray);
-  add(search.counts());
+  Searches searches(scene_, lost_);
+  const ExactHit hit = searches.nearest(ray);
+  add(searches.counts());
   return hit;
 }
 
 std::vector<ExactHit> ExactOracle::nearest(std::span<const Ray> rays, const Progress& progress) const {
   const auto find = [&](std::span<const Ray> some, std::span<ExactHit> hits) {
-    Search search(bvh_, triangles_, lost_);
-    for (std::size_t i = 0; i < some.size(); ++i) hits[i] = search.nearest(some[i]);
-    add(search.counts());
+    Searches searches(scene_, lost_);
+    for (std::size_t i = 0; i < some.size(); ++i) hits[i] = searches.nearest(some[i]);
+    add(searches.counts());
   };
-  return hits_of<ExactHit>(rays, kRaysPerExactChunk, find, progress);
+  return hits_of<ExactHit>(rays, scene_.forest() ? kRaysOfInstances : kRaysPerExactChunk, find, progress);
 }
 
 ExactHit ExactOracle::brute_force(const Ray& ray) const {
   if (is_dead(ray)) return {};
-  std::optional<ExactSight> best;
-  std::uint32_t best_prim = NO_HIT;
-  const auto test = [&](const Triangle& triangle, std::uint32_t prim) {
-    const ExactSight sight(ray, triangle);
-    if (!sight.hits_line() || !sight.within(ray)) return;
-    const std::strong_ordering order = best ? ballot::compare_t(sight, *best) : std::strong_ordering::less;
-    if (order > 0 || (order == 0 && prim >= best_prim)) return;
-    best = sight;
-    best_prim = prim;
-  };
-  for_all_triangles(bvh_, [&](std::uint32_t texel) { test(decode_triangle(bvh_, texel), decode_prim(bvh_, texel)); });
-  for (const std::uint32_t prim : lost_) test(triangles_[prim], prim);
-  return best ? as_hit(*best, best_prim) : ExactHit{};
+  return scene_.nearest<ExactHit>(ray, [&](const PlacedMesh& mesh) {
+    if (is_dead(mesh.ray)) return ExactHit{};
+    std::optional<ExactSight> best;
+    std::uint32_t best_prim = NO_HIT;
+    const auto test = [&](const Triangle& triangle, std::uint32_t prim) {
+      const ExactSight sight(mesh.ray, triangle);
+      if (!sight.hits_line() || !sight.within(mesh.ray)) return;
+      const std::strong_ordering order = best ? ballot::compare_t(sight, *best) : std::strong_ordering::less;
+      if (order > 0 || (order == 0 && prim >= best_prim)) return;
+      best = sight;
+      best_prim = prim;
+    };
+    for_all_triangles(mesh.tree, [&](std::uint32_t texel) {
+      test(decode_triangle(mesh.tree, texel), decode_prim(mesh.tree, texel));
+    });
+    for (const std::uint32_t prim : lost_[mesh.mesh]) test(mesh.triangles[prim], prim);
+    return best ? as_hit(*best, best_prim) : ExactHit{};
+  });
 }
 
 ExactHit ExactOracle::hit(const Ray& ray, std::uint32_t prim) const {
   const std::optional<Triangle> shape = triangle(prim);
   if (!shape || is_dead(ray)) return {};
-  const ExactSight sight(ray, *shape);
-  return sight.hits_line() && sight.within(ray) ? as_hit(sight, prim) : ExactHit{};
+  const PlacedMesh mesh = scene_.mesh_of(ray, prim);
+  if (is_dead(mesh.ray)) return {};
+  const ExactSight sight(mesh.ray, *shape);
+  if (!sight.hits_line() || !sight.within(mesh.ray)) return {};
+  ExactHit hit = as_hit(sight, prim);
+  hit.t *= mesh.scale;
+  return hit;
 }
 
 std::strong_ordering ExactOracle::compare_t(const Ray& ray, std::uint32_t prim_a, std::uint32_t prim_b) const {
@@ -191,7 +225,7 @@ std::strong_ordering ExactOracle::compare_t(const Ray& ray, std::uint32_t prim_a
     if (!shape || is_dead(ray))
       fail(Failure::Arguments, "exact oracle: t of prim {} was asked for, but {}; compare what the ray hits", prim,
            shape ? "the ray is dead" : "no leaf of the hierarchy holds it");
-    ExactSight sight(ray, *shape);
+    ExactSight sight(scene_.mesh_of(ray, prim).ray, *shape);
     if (sight.det.sign() == 0)
       fail(Failure::Arguments, "exact oracle: the ray is parallel to prim {}, so there is no t; compare what it hits",
            prim);
@@ -200,10 +234,19 @@ std::strong_ordering ExactOracle::compare_t(const Ray& ray, std::uint32_t prim_a
   return ballot::compare_t(sight_of(prim_a), sight_of(prim_b));
 }
 
+bool ExactOracle::ties(const Ray& ray, const ExactHit& a, const ExactHit& b, Arithmetic arithmetic) const {
+  if (scene_.place_of(a.prim).first != scene_.place_of(b.prim).first)
+    return in_ulps(std::abs(a.t - b.t), b.t) <= (arithmetic == Arithmetic::Exact ? 2 : 0);
+  return compare_t(ray, a.prim, b.prim) == 0;
+}
+
 std::optional<Triangle> ExactOracle::triangle(std::uint32_t prim) const {
-  if (std::ranges::binary_search(lost_, prim)) return triangles_[prim];
-  if (prim >= texel_of_.size() || texel_of_[prim] == NO_HIT) return std::nullopt;
-  return decode_triangle(bvh_, texel_of_[prim]);
+  if (!scene_.may_have(prim)) return std::nullopt;
+  const auto [mesh, first] = scene_.place_of(prim);
+  const std::uint32_t own = prim - first, texel = leaves_[mesh].texel(own);
+  if (std::ranges::binary_search(lost_[mesh], own)) return scene_.triangles(mesh)[own];
+  if (texel == NO_HIT) return std::nullopt;
+  return decode_triangle(*scene_.trees()[mesh], texel);
 }
 
 void ExactOracle::add(const ExactCounts& counts) const {

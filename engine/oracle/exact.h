@@ -5,6 +5,8 @@
 // o + t d. It hits a triangle if the exact point lies in the closed triangle and t_min <= t <= t_max exactly. Triangles
 // are two-sided. A ray in the plane of a triangle misses it. A degenerate triangle is never hit. A dead ray (is_dead)
 // misses everything. The nearest hit is that of the smallest exact t, and of the smallest prim among exactly equal t.
+// Instances are hit as their object-space rays hit their meshes; of their nearest hits that of the smallest t in double
+// precision counts, at equal t that of the first instance.
 //
 // Method. A conservative traversal finds candidates (walker.h). A floating-point filter with a proved error bound
 // decides most of them (filter.h). Integers decide the others (predicates.h, dyadic.h). The filter
@@ -45,13 +47,14 @@ struct ExactCounts {
 };
 ExactCounts operator-(const ExactCounts& a, const ExactCounts& b);
 
-/// The exact oracle of one tree. Thread-safe. A prim that no leaf holds is never hit, unless it is lost().
+/// The exact oracle of a scene. Thread-safe. A prim that no leaf holds is never hit, unless it is lost().
 class ExactOracle {
  public:
-  /// Keeps references: bvh and the triangles must outlive the oracle. `triangles`: those of the scene by their prims,
-  /// or none. Those that no leaf holds though integers say that they have an area are looked at for every ray, so that
-  /// the oracle does not share the faults of a builder.
-  explicit ExactOracle(const PairTree& bvh, std::span<const Triangle> triangles = {});
+  /// Triangles of the scene that no leaf holds though integers say that they have an area are looked at for every ray,
+  /// so that the oracle does not share the faults of a builder.
+  explicit ExactOracle(OracleScene scene);
+  explicit ExactOracle(const PairTree& bvh, std::span<const Triangle> triangles = {})
+      : ExactOracle(OracleScene(bvh, triangles)) {}
 
   /// Returns the nearest hit of a ray.
   ExactHit nearest(const Ray& ray) const;
@@ -66,29 +69,29 @@ class ExactOracle {
   ExactHit hit(const Ray& ray, std::uint32_t prim) const;
   bool hits(const Ray& ray, std::uint32_t prim) const { return hit(ray, prim).prim != NO_HIT; }
 
-  /// Compares the exact t at which the ray's line meets the planes of two triangles. Throws Error(Arguments) if a prim
-  /// is in no leaf, the ray is dead, or the ray is parallel to a plane.
+  /// Compares the exact t at which the ray's line meets the planes of two triangles, of one instance. Throws
+  /// Error(Arguments) if a prim is in no leaf, the ray is dead, or the ray is parallel to a plane.
   std::strong_ordering compare_t(const Ray& ray, std::uint32_t prim_a, std::uint32_t prim_b) const;
-  /// Returns true if two hits of the ray have the same exact t, whatever arithmetic found them.
-  bool ties(const Ray& ray, const ExactHit& a, const ExactHit& b, Arithmetic) const {
-    return compare_t(ray, a.prim, b.prim) == 0;
-  }
+  /// Returns true if two hits of the ray are at the same t: exactly, if they are of one instance. Each instance reports
+  /// its t to one ulp, so of Arithmetic::Exact two ulps are granted between hits of two instances.
+  bool ties(const Ray& ray, const ExactHit& a, const ExactHit& b, Arithmetic arithmetic) const;
 
-  /// Returns the triangle of this number, if some leaf holds it.
+  /// Returns the triangle of this number, in the space of its mesh, if some leaf holds it.
   std::optional<Triangle> triangle(std::uint32_t prim) const;
 
-  /// Returns the triangles with area that no leaf holds: none, unless a builder is wrong.
-  std::span<const std::uint32_t> lost() const { return lost_; }
+  /// Returns the triangles with area of a mesh that no leaf holds: none, unless a builder is wrong.
+  std::span<const std::uint32_t> lost(std::size_t mesh = 0) const { return lost_[mesh]; }
+
+  const OracleScene& scene() const { return scene_; }
 
   ExactCounts counts() const;  // of all calls of nearest() so far
 
  private:
   void add(const ExactCounts& counts) const;
 
-  const PairTree& bvh_;
-  std::span<const Triangle> triangles_;
-  std::vector<std::uint32_t> lost_;
-  std::vector<std::uint32_t> texel_of_;  // texel of each prim in the leaf array; NO_HIT if no leaf holds it
+  OracleScene scene_;
+  std::vector<LeafIndex> leaves_;                 // of each mesh
+  std::vector<std::vector<std::uint32_t>> lost_;  // of each mesh
   mutable std::array<std::atomic<std::uint64_t>, 5> totals_{};
 };
 

@@ -5,10 +5,14 @@
 #include <span>
 #include <vector>
 
+#include "engine/bvh/bvh.h"
 #include "engine/core/parallel.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot {
+
+/// Rays that a thread answers at a time where each may meet many meshes.
+inline constexpr std::size_t kRaysOfInstances = 256;
 
 /// Returns the hits of rays. find(some, hits) finds those of a chunk. Calls progress after every chunk, from one thread
 /// at a time.

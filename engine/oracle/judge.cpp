@@ -30,10 +30,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "engine/core/error.h"
-#include "engine/core/parallel.h"
+#include "engine/oracle/in_parallel.h"
 #include "engine/oracle/judge_range.h"
 #include "engine/oracle/oracle.h"
 #include "engine/oracle/walker.h"
@@ -219,16 +220,80 @@ Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, s
   return {surely_nearer(bvh, ray, answer.t) ? Verdict::WrongPrim : Verdict::Tie};
 }
 
-Opinion judge_one(const PairTree& bvh, std::span<const std::uint32_t> texel_of, const Ray& ray, const Hit& answer,
-                  const OracleHit& truth, Want want, Arithmetic arithmetic) {
+// Judges an answer about a mesh. `answer` and `truth` have the mesh's own numbers.
+Opinion judge_in(const PlacedMesh& mesh, const LeafIndex& leaves, const Hit& answer, const OracleHit& truth, Want want,
+                 Arithmetic arithmetic) {
   const bool missed = answer.prim == NO_HIT;
-  if (is_dead(ray)) return {missed ? Verdict::Same : Verdict::FalseHit};
-  RayFrame frame(ray, bvh.bounds);
+  if (is_dead(mesh.ray)) return {missed ? Verdict::Same : Verdict::FalseHit};
+  RayFrame frame(mesh.ray, mesh.tree.bounds);
   frame.arithmetic = arithmetic;
-  const std::uint32_t texel = answer.prim < texel_of.size() ? texel_of[answer.prim] : NO_HIT;
-  if (arithmetic == Arithmetic::Exact) return judge_exactly(bvh, frame, answer, texel, truth, want);
-  if (missed) return judge_miss(bvh, frame, truth);
-  return judge_hit(bvh, frame, answer, texel, truth, want);
+  const std::uint32_t texel = leaves.texel(answer.prim);
+  if (arithmetic == Arithmetic::Exact) return judge_exactly(mesh.tree, frame, answer, texel, truth, want);
+  if (missed) return judge_miss(mesh.tree, frame, truth);
+  return judge_hit(mesh.tree, frame, answer, texel, truth, want);
+}
+
+// Returns the allowance for a triangle that a leaf of a mesh holds, with t of the mesh's ray.
+Allowance allowance_in(const PlacedMesh& mesh, std::uint32_t texel, Arithmetic arithmetic) {
+  RayFrame frame(mesh.ray, mesh.tree.bounds);
+  frame.arithmetic = arithmetic;
+  const Triangle triangle = decode_triangle(mesh.tree, texel);
+  const Range range = range_of(frame, triangle);
+  if (arithmetic == Arithmetic::Exact) return {{kUnbounded, kUnbounded, kUnbounded}, ulp(range.t)};
+  if (arithmetic == Arithmetic::WoopAffine) {
+    const double w = range.weight_error;
+    return {{std::abs(1 - range.u - range.v) / (2 * w), std::abs(range.u) / w, std::abs(range.v) / w}, range.t_error};
+  }
+  const Sight sight(frame, triangle);
+  const SideErrors errors = side_errors(frame, sight);
+  Allowance out{{}, range.t_error};
+  for (int i = 0; i < 3; ++i) out.edge[i] = std::abs(sight.side[i]) / errors.side[i];
+  return out;
+}
+
+bool is_error(Verdict v) { return v != Verdict::Same && v != Verdict::Tie; }
+
+Hit in_mesh(const PlacedMesh& mesh, const Hit& answer) {
+  return {answer.t / float(mesh.scale), answer.prim - mesh.first, answer.u, answer.v};
+}
+
+// Judges an answer about instances.
+Opinion judge_among(const OracleScene& scene, std::span<const LeafIndex> leaves, const Ray& ray, const Hit& answer,
+                    Want want, Arithmetic arithmetic) {
+  constexpr Hit kMiss{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
+  const bool missed = answer.prim == NO_HIT;
+  if (!missed && (is_dead(ray) || !scene.may_have(answer.prim))) return {Verdict::FalseHit};
+  if (missed && answer.t != kMiss.t) return {Verdict::WrongT};
+  if (is_dead(ray)) return {};
+  Opinion opinion;
+  const auto add = [&](const PlacedMesh& mesh, const Hit& given) {
+    const Opinion one = judge_in(mesh, leaves[mesh.mesh], given, nearest_in(mesh), want, arithmetic);
+    if (one.verdict != Verdict::Same && !is_error(opinion.verdict)) opinion.verdict = one.verdict;
+    opinion.t_error = std::max(opinion.t_error, one.t_error);
+  };
+  std::optional<PlacedMesh> named;
+  double before = 0;  // t on the scale of object-space rays that no other instance's hit may be before
+  if (!missed) {
+    named.emplace(scene.mesh_of(ray, answer.prim));
+    const Hit given = in_mesh(*named, answer);
+    add(*named, given);
+    if (is_error(opinion.verdict) || want == Want::Any) return opinion;
+    before = double(given.t) - allowance_in(*named, leaves[named->mesh].texel(given.prim), arithmetic).t;
+  }
+  scene.for_each(ray, [&](PlacedMesh mesh) {
+    if (is_error(opinion.verdict) || (named && mesh.first == named->first)) return;
+    if (named) mesh.ray.t_max = float(before);
+    add(mesh, kMiss);
+    if (opinion.verdict == Verdict::FalseMiss && named) opinion.verdict = Verdict::WrongPrim;
+  });
+  return opinion;
+}
+
+// Judges an answer about a scene.
+Opinion judge_one(const OracleScene& scene, std::span<const LeafIndex> leaves, const Ray& ray, const Hit& answer,
+                  const OracleHit& truth, Want want, Arithmetic arithmetic) {
+  if (scene.forest()) return judge_among(scene, leaves, ray, answer, want, arithmetic);
+  return judge_in({*scene.trees()[0], {}, ray}, leaves[0], answer, truth, want, arithmetic);
 }
 
 const char* name_of(Verdict verdict) {
@@ -267,27 +332,28 @@ void Judgement::add(Verdict verdict) {
 }
 
 Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const {
-  if (prim >= texel_of_.size() || texel_of_[prim] == NO_HIT)
-    fail(Failure::Arguments, "oracle: no leaf of the hierarchy holds prim {}", prim);
-  RayFrame frame(ray, bvh_.bounds);
-  frame.arithmetic = arithmetic;
-  const Triangle triangle = decode_triangle(bvh_, texel_of_[prim]);
-  const Range range = range_of(frame, triangle);
-  if (arithmetic == Arithmetic::Exact) return {{kUnbounded, kUnbounded, kUnbounded}, ulp(range.t)};
-  if (arithmetic == Arithmetic::WoopAffine) {
-    const double w = range.weight_error;
-    return {{std::abs(1 - range.u - range.v) / (2 * w), std::abs(range.u) / w, std::abs(range.v) / w}, range.t_error};
+  std::uint32_t texel = NO_HIT;
+  std::optional<PlacedMesh> mesh;
+  if (scene_.may_have(prim)) {
+    mesh.emplace(scene_.mesh_of(ray, prim));
+    texel = leaves_[mesh->mesh].texel(prim - mesh->first);
   }
-  const Sight sight(frame, triangle);
-  const SideErrors errors = side_errors(frame, sight);
-  Allowance out{{}, range.t_error};
-  for (int i = 0; i < 3; ++i) out.edge[i] = std::abs(sight.side[i]) / errors.side[i];
-  return out;
+  if (texel == NO_HIT) fail(Failure::Arguments, "oracle: no leaf of the hierarchy holds prim {}", prim);
+  Allowance allowed = allowance_in(*mesh, texel, arithmetic);
+  allowed.t *= mesh->scale;
+  return allowed;
 }
 
 Verdict Oracle::judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                       Arithmetic arithmetic) const {
-  return judge_one(bvh_, texel_of_, ray, answer, truth, want, arithmetic).verdict;
+  return judge_one(scene_, leaves_, ray, answer, truth, want, arithmetic).verdict;
+}
+
+Verdict Oracle::judge_values(const Ray& ray, const Hit& answer, const OracleHit& own, Want want,
+                             Arithmetic arithmetic) const {
+  const PlacedMesh mesh = scene_.mesh_of(ray, answer.prim);
+  const OracleHit truth{own.t / mesh.scale, own.prim - mesh.first, own.u, own.v};
+  return judge_in(mesh, leaves_[mesh.mesh], in_mesh(mesh, answer), truth, want, arithmetic).verdict;
 }
 
 Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth,
@@ -296,16 +362,16 @@ Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers,
     fail(Failure::Arguments, "oracle: {} rays, {} answers and {} truths; their numbers must agree", rays.size(),
          answers.size(), truth.size());
   std::vector<Opinion> opinions(rays.size());
-  for_chunks(rays.size(), kRaysPerJudgeChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      opinions[i] = judge_one(bvh_, texel_of_, rays[i], answers[i], truth[i], want, arithmetic);
-  });
+  for_chunks(rays.size(), scene_.forest() ? kRaysOfInstances : kRaysPerJudgeChunk,
+             [&](std::size_t begin, std::size_t end) {
+               for (std::size_t i = begin; i < end; ++i)
+                 opinions[i] = judge_one(scene_, leaves_, rays[i], answers[i], truth[i], want, arithmetic);
+             });
   Judgement sum;
   for (std::size_t i = 0; i < opinions.size(); ++i) {
     sum.add(opinions[i].verdict);
     if (opinions[i].verdict == Verdict::Same) sum.worst_t_error = std::max(sum.worst_t_error, opinions[i].t_error);
-    const bool wrong = opinions[i].verdict != Verdict::Same && opinions[i].verdict != Verdict::Tie;
-    if (wrong && sum.examples.size() < kMaxExamples)
+    if (is_error(opinions[i].verdict) && sum.examples.size() < kMaxExamples)
       sum.examples.push_back(in_words(i, opinions[i].verdict, rays[i], answers[i], truth[i]));
   }
   return sum;

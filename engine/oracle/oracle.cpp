@@ -112,43 +112,45 @@ std::optional<double> enter(const RayFrame& ray, const Bounds& box, double t_far
   return cut_to_box(ray, box, ray.pad, near, far) && near <= far ? std::optional(near) : std::nullopt;
 }
 
-Oracle::Oracle(const PairTree& bvh) : bvh_(bvh) {
-  for_all_triangles(bvh, [&](std::uint32_t texel) {
-    const std::size_t prim = decode_prim(bvh, texel);
-    if (prim >= texel_of_.size()) texel_of_.resize(prim + 1, NO_HIT);
-    texel_of_[prim] = texel;
-  });
-}
-
-OracleHit Oracle::nearest(const Ray& ray) const {
+OracleHit nearest_in(const PlacedMesh& mesh) {
   OracleHit best;
-  if (is_dead(ray)) return best;
-  const RayFrame frame(ray, bvh_.bounds);
+  if (is_dead(mesh.ray)) return best;
+  const RayFrame frame(mesh.ray, mesh.tree.bounds);
   double t_far = frame.t_max;
-  Walker(bvh_).walk(frame, t_far, [&](std::uint32_t texel) {
-    take_nearer(best, intersect(frame, decode_triangle(bvh_, texel), decode_prim(bvh_, texel)));
+  Walker(mesh.tree).walk(frame, t_far, [&](std::uint32_t texel) {
+    take_nearer(best, intersect(frame, decode_triangle(mesh.tree, texel), decode_prim(mesh.tree, texel)));
     if (best.prim != NO_HIT) t_far = best.t;
     return true;
   });
   return best;
 }
 
-const Bounds& Oracle::bounds() const { return bvh_.bounds; }
+Oracle::Oracle(OracleScene scene) : scene_(std::move(scene)) {
+  for (const PairTree* tree : scene_.trees()) leaves_.emplace_back(*tree);
+}
+
+OracleHit Oracle::nearest(const Ray& ray) const {
+  return is_dead(ray) ? OracleHit{} : scene_.nearest<OracleHit>(ray, nearest_in);
+}
 
 std::vector<OracleHit> Oracle::nearest(std::span<const Ray> rays) const {
-  return hits_of<OracleHit>(rays, kRaysPerOracleChunk, [&](std::span<const Ray> some, std::span<OracleHit> hits) {
+  const std::size_t chunk = scene_.forest() ? kRaysOfInstances : kRaysPerOracleChunk;
+  return hits_of<OracleHit>(rays, chunk, [&](std::span<const Ray> some, std::span<OracleHit> hits) {
     for (std::size_t i = 0; i < some.size(); ++i) hits[i] = nearest(some[i]);
   });
 }
 
 OracleHit Oracle::brute_force(const Ray& ray) const {
-  OracleHit best;
-  if (is_dead(ray)) return best;
-  const RayFrame frame(ray, bvh_.bounds);
-  for_all_triangles(bvh_, [&](std::uint32_t texel) {
-    take_nearer(best, intersect(frame, decode_triangle(bvh_, texel), decode_prim(bvh_, texel)));
+  if (is_dead(ray)) return {};
+  return scene_.nearest<OracleHit>(ray, [](const PlacedMesh& mesh) {
+    OracleHit best;
+    if (is_dead(mesh.ray)) return best;
+    const RayFrame frame(mesh.ray, mesh.tree.bounds);
+    for_all_triangles(mesh.tree, [&](std::uint32_t texel) {
+      take_nearer(best, intersect(frame, decode_triangle(mesh.tree, texel), decode_prim(mesh.tree, texel)));
+    });
+    return best;
   });
-  return best;
 }
 
 }  // namespace ballot

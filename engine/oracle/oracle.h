@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/formats/pair.h"
+#include "engine/oracle/oracle_scene.h"
 
 namespace ballot {
 
@@ -47,10 +47,10 @@ struct Allowance {
   double t;        // error bound of t
 };
 
-/// The double precision oracle of one tree. Thread-safe.
+/// The double precision oracle of a scene. The rays of instances are those of float32. Thread-safe.
 class Oracle {
  public:
-  explicit Oracle(const PairTree& bvh);  // keeps a reference: bvh must outlive the oracle
+  explicit Oracle(OracleScene scene);
 
   /// Returns the nearest hit: the smallest t in [t_min, t_max], and among equal t the smallest prim. Dead rays miss.
   OracleHit nearest(const Ray& ray) const;
@@ -61,27 +61,25 @@ class Oracle {
 
   /// Judges an answer. `truth` is what nearest() returned for this ray, whatever `want` is. Judging many rays is
   /// parallel and throws Error(Arguments) if the sizes differ.
+  /// Among instances an answer that names one is right if it is right for that instance alone, and if no other one has
+  /// a hit that is nearer by more than the answer's own rounding error. A miss is right if it is for every instance.
   Verdict judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                 Arithmetic arithmetic = Arithmetic::Woop) const;
   Judgement judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth, Want want,
                   Arithmetic arithmetic = Arithmetic::Woop) const;
 
   /// Judges t, u and v of an answer alone. `own` is the hit of the triangle that it names.
-  Verdict judge_values(const Ray& ray, const Hit& answer, const OracleHit& own, Want want,
-                       Arithmetic arithmetic) const {
-    return judge(ray, answer, own, want, arithmetic);
-  }
+  Verdict judge_values(const Ray& ray, const Hit& answer, const OracleHit& own, Want want, Arithmetic arithmetic) const;
 
   /// Returns the allowance for a ray that is not dead and the triangle of this number. Arithmetic::Exact has no error,
   /// so its edges are infinite. Throws Error(Arguments) if no leaf holds the prim.
   Allowance allowance(const Ray& ray, std::uint32_t prim, Arithmetic arithmetic) const;
 
-  /// Returns the bounds of the tree's triangles.
-  const Bounds& bounds() const;
+  const OracleScene& scene() const { return scene_; }
 
  private:
-  const PairTree& bvh_;
-  std::vector<std::uint32_t> texel_of_;  // texel of each prim in the leaf array; NO_HIT if no leaf holds it
+  OracleScene scene_;
+  std::vector<LeafIndex> leaves_;  // of each mesh
 };
 
 /// The farthest from a scene that a ray may start, in diagonals of the scene's bounds, for the promises of the numeric

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/bvh/build.h"
+#include "engine/oracle/walker.h"
+
 namespace ballot {
 
 namespace {
@@ -14,21 +17,17 @@ std::vector<PairTree> trees_of(const Forest& forest) {
   return trees;
 }
 
-}  // namespace
-
-OracleScene::OracleScene(const Forest& forest)
-    : forest_(&forest), made_(std::make_shared<const std::vector<PairTree>>(trees_of(forest))), trees_(*made_) {}
-
-bool OracleScene::surely_misses(const Instance& instance, const Ray& ray) const {
-  if (forest_->meshes()[instance.mesh].extents.empty) return true;
-  const Bounds& b = instance.box;
+/// Returns true if a ray misses a box of instances, widened 16 times as far as the proof of their boxes asks, and by a
+/// 1000th of its size: the oracles shall find the errors of that proof, should there be some. A box that holds another
+/// one is missed by no ray that meets that one.
+bool surely_misses(const Bounds& b, double slack, const Ray& ray) {
   double far = 0, size = 0;
   for (int k = 0; k < 3; ++k) {
     const double o = ray.origin[k];
     far = std::max({far, std::abs(double(b.lo[k]) - o), std::abs(double(b.hi[k]) - o)});
     size = std::max(size, double(b.hi[k]) - double(b.lo[k]));
   }
-  const double pad = 16 * double(instance.slack) * far + size / 1024;
+  const double pad = 16 * slack * far + size / 1024;
   double near = -INFINITY, beyond = INFINITY;
   for (int k = 0; k < 3; ++k) {
     const double lo = double(b.lo[k]) - ray.origin[k] - pad, hi = double(b.hi[k]) - ray.origin[k] + pad;
@@ -43,17 +42,76 @@ bool OracleScene::surely_misses(const Instance& instance, const Ray& ray) const 
   return near > beyond || beyond < ray.t_min || near > ray.t_max;
 }
 
+}  // namespace
+
+LeafIndex::LeafIndex(const PairTree& tree) {
+  for_all_triangles(tree, [&](std::uint32_t texel) {
+    const std::size_t prim = decode_prim(tree, texel);
+    if (prim >= texels_.size()) texels_.resize(prim + 1, NO_HIT);
+    texels_[prim] = texel;
+  });
+}
+
+/// A tree over the boxes of instances, and the largest of their slacks.
+struct OracleScene::Boxes {
+  explicit Boxes(const Forest& forest) {
+    const std::vector<Instance>& instances = forest.instances();
+    std::vector<Bounds> boxes;
+    for (std::uint32_t i = 0; i < instances.size(); ++i) {
+      if (forest.meshes()[instances[i].mesh].extents.empty) continue;
+      used.push_back(i);
+      boxes.push_back(instances[i].box);
+      slack = std::max(slack, double(instances[i].slack));
+    }
+    tree = build_box_bvh(boxes);
+  }
+  std::vector<std::uint32_t> used;  // instances that can be hit
+  Bvh tree;
+  double slack = 0;
+};
+
+OracleScene::OracleScene(const Forest& forest, std::vector<const PairTree*> trees)
+    : forest_(&forest), boxes_(std::make_shared<const Boxes>(forest)), trees_(std::move(trees)) {}
+
+OracleScene::OracleScene(const Forest& forest) : OracleScene(forest, {}) {
+  made_ = std::make_shared<const std::vector<PairTree>>(trees_of(forest));
+  for (const PairTree& tree : *made_) trees_.push_back(&tree);
+}
+
+std::vector<std::uint32_t> OracleScene::met(const Ray& ray) const {
+  std::vector<std::uint32_t> found, open;
+  const std::vector<BvhNode>& nodes = boxes_->tree.nodes;
+  if (!nodes.empty()) open.push_back(0);
+  while (!open.empty()) {
+    const BvhNode& node = nodes[open.back()];
+    open.pop_back();
+    if (surely_misses({node.lo, node.hi}, boxes_->slack, ray)) continue;
+    for (std::uint32_t i = 0; i < node.count; ++i)
+      found.push_back(boxes_->used[boxes_->tree.references[node.first + i]]);
+    if (node.count == 0) open.insert(open.end(), {node.first, node.first + 1});
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
 PlacedMesh OracleScene::placed(const Instance& i, const Ray& ray) const {
-  return {trees_[i.mesh],
+  return {*trees_[i.mesh],
           forest_->meshes()[i.mesh].triangles,
           object_ray(ray, i.map),
           double(direction_scale(ray)),
+          i.mesh,
           i.first,
           i.mirrors};
 }
 
+OracleScene::Place OracleScene::place_of(std::uint32_t prim) const {
+  if (!forest_) return {};
+  const std::uint32_t instance = forest_->place_of(prim).instance;
+  return {forest_->mesh_of(instance), forest_->first_of(instance)};
+}
+
 PlacedMesh OracleScene::mesh_of(const Ray& ray, std::uint32_t prim) const {
-  if (!forest_) return {trees_[0], triangles_, ray};
+  if (!forest_) return {*trees_[0], triangles_, ray};
   return placed(forest_->instances()[forest_->place_of(prim).instance], ray);
 }
 

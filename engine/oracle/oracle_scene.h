@@ -1,5 +1,5 @@
 // What oracles look at: the trees of meshes, and the instances that place them. A single tree is one mesh, placed as it
-// is.
+// is. Every oracle answers about a scene, by what it finds in the meshes that a ray meets.
 #pragma once
 
 #include <glm/vector_relational.hpp>
@@ -9,6 +9,7 @@
 
 #include "engine/bvh/moved_corners.h"
 #include "engine/formats/pair.h"
+#include "shaders/shared/layout.h"
 
 namespace ballot {
 
@@ -18,40 +19,50 @@ struct PlacedMesh {
   std::span<const Triangle> triangles;  // of the mesh, or none
   Ray ray;                              // in the mesh's space
   double scale = 1;                     // of t, from this ray's to the given ray's
+  std::uint32_t mesh = 0;               // its number
   std::uint32_t first = 0;              // number in the scene of the mesh's first triangle
   bool mirrors = false;                 // the instance turns the fronts of triangles
+};
+
+/// Where the leaves of a tree hold each of its triangles.
+class LeafIndex {
+ public:
+  explicit LeafIndex(const PairTree& tree);
+  /// Returns the texel of a triangle in the leaf array; NO_HIT if no leaf holds it.
+  std::uint32_t texel(std::uint32_t prim) const { return prim < texels_.size() ? texels_[prim] : NO_HIT; }
+
+ private:
+  std::vector<std::uint32_t> texels_;
 };
 
 /// Meshes and instances. Thread-safe.
 class OracleScene {
  public:
   /// One tree, and the scene's triangles by their prims, or none. Keeps references.
-  OracleScene(const PairTree& tree, std::span<const Triangle> triangles = {})
-      : trees_(&tree, 1), triangles_(triangles) {}
-  /// A forest, and the pair trees of its meshes. Keeps references.
-  OracleScene(const Forest& forest, std::span<const PairTree> trees) : forest_(&forest), trees_(trees) {}
-  /// The same; makes the pair trees. The forest may move its instances.
-  explicit OracleScene(const Forest& forest);
+  OracleScene(const PairTree& tree, std::span<const Triangle> triangles = {}) : trees_{&tree}, triangles_(triangles) {}
+  /// A forest, which must keep its transforms, and the pair trees of its meshes. Keeps references.
+  OracleScene(const Forest& forest, std::vector<const PairTree*> trees);
+  /// The same; makes the pair trees.
+  OracleScene(const Forest& forest);
 
   /// Returns the forest, or null if this is a single tree.
   const Forest* forest() const { return forest_; }
   /// Return the trees of all meshes, and the triangles of one; none if a single tree was given without.
-  std::span<const PairTree> trees() const { return trees_; }
+  std::span<const PairTree* const> trees() const { return trees_; }
   std::span<const Triangle> triangles(std::size_t mesh) const {
     return forest_ ? std::span<const Triangle>(forest_->meshes()[mesh].triangles) : triangles_;
   }
   /// Returns the bounds of what can be hit.
-  const Bounds& bounds() const { return forest_ ? forest_->top_facts().bounds : trees_[0].bounds; }
+  const Bounds& bounds() const { return forest_ ? forest_->top_facts().bounds : trees_[0]->bounds; }
 
   /// Calls visit(PlacedMesh) for every instance that a ray may meet, in their order. The ray must not be dead.
   template <class Visit>
   void for_each(const Ray& ray, const Visit& visit) const {
     if (!forest_) {
-      visit(PlacedMesh{trees_[0], triangles_, ray});
+      visit(PlacedMesh{*trees_[0], triangles_, ray});
       return;
     }
-    for (const Instance& i : forest_->instances())
-      if (!surely_misses(i, ray)) visit(placed(i, ray));
+    for (const std::uint32_t i : met(ray)) visit(placed(forest_->instances()[i], ray));
   }
 
   /// Calls visit(number of the mesh, point in its space) for every instance whose inside may hold a point, by the
@@ -62,7 +73,8 @@ class OracleScene {
       visit(std::size_t{0}, point);
       return;
     }
-    for (const Instance& i : forest_->instances()) {
+    for (const std::uint32_t number : met({point, 0, {1, 0, 0}, 0})) {
+      const Instance& i = forest_->instances()[number];
       const glm::vec3 at = object_ray({point, 0, {1, 0, 0}, 1}, i.map).origin;
       const Bounds& b = forest_->meshes()[i.mesh].bvh.bounds;
       if (glm::all(glm::greaterThanEqual(at, b.lo)) && glm::all(glm::lessThanEqual(at, b.hi)))
@@ -75,18 +87,41 @@ class OracleScene {
     return forest_ ? moved_triangle(*forest_, prim) : triangles_[prim];
   }
 
-  /// Returns the mesh that holds a triangle of the scene, as a ray meets it. The ray must not be dead.
+  /// Returns the nearest hit of a ray that is not dead: of the hits of instances, each by nearest(PlacedMesh), that of
+  /// the smallest t, at equal t of the first instance.
+  template <class HitOf, class Nearest>
+  HitOf nearest(const Ray& ray, const Nearest& nearest_in) const {
+    HitOf best;
+    for_each(ray, [&](const PlacedMesh& mesh) {
+      HitOf hit = nearest_in(mesh);
+      if (hit.prim == NO_HIT) return;
+      hit.t *= mesh.scale;
+      hit.prim += mesh.first;
+      if (best.prim == NO_HIT || hit.t < best.t) best = hit;
+    });
+    return best;
+  }
+
+  /// Returns true unless the scene has fewer triangles than `prim`. The leaves of a single tree tell what it has.
+  bool may_have(std::uint32_t prim) const { return !forest_ || prim < forest_->triangle_count(); }
+  /// The mesh that holds a triangle of the scene, and the number in the scene of the mesh's first triangle there.
+  struct Place {
+    std::uint32_t mesh = 0, first = 0;
+  };
+  Place place_of(std::uint32_t prim) const;
+  /// Returns that mesh as a ray meets it. The ray must not be dead.
   PlacedMesh mesh_of(const Ray& ray, std::uint32_t prim) const;
 
  private:
-  /// Returns true if the ray misses the instance's box, widened 16 times as far as the proof of that box asks, and by a
-  /// 1000th of its size: the oracles shall find the errors of that proof, should there be some.
-  bool surely_misses(const Instance& instance, const Ray& ray) const;
+  struct Boxes;
+  /// Returns the instances that a ray may meet, in order.
+  std::vector<std::uint32_t> met(const Ray& ray) const;
   PlacedMesh placed(const Instance& instance, const Ray& ray) const;
 
   const Forest* forest_ = nullptr;
+  std::shared_ptr<const Boxes> boxes_;  // of the instances
   std::shared_ptr<const std::vector<PairTree>> made_;
-  std::span<const PairTree> trees_;
+  std::vector<const PairTree*> trees_;
   std::span<const Triangle> triangles_;  // of a single tree
 };
 

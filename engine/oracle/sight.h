@@ -38,6 +38,9 @@ struct Sight {
 /// Returns the hit of the triangle in double precision, edges included, or nothing.
 std::optional<OracleHit> intersect(const RayFrame& ray, const Triangle& triangle, std::uint32_t prim);
 
+/// Returns the nearest hit in a mesh, with the mesh's own numbers.
+OracleHit nearest_in(const PlacedMesh& mesh);
+
 /// Returns the t at which the ray enters the padded box, or nothing if it misses it in [ray.t_min, t_far].
 std::optional<double> enter(const RayFrame& ray, const Bounds& box, double t_far);
 

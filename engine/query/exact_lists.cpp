@@ -25,9 +25,6 @@ OracleScene oracle_scene(DeviceTree& tree) {
   return {tree.any_pairs(), tree.triangles()};
 }
 
-ExactLists::ExactLists(DeviceTree& tree, const CrossingQuery& query)
-    : tree_(tree), oracle_(oracle_scene(tree)), query_(query) {}
-
 std::vector<ExactCrossing> ExactLists::find(const RaySpan& rays, std::size_t i) const {
   const Ray& ray = rays.rays[i];
   const std::uint32_t mask = rays.masks.empty() ? kAnyMask : rays.masks[i];

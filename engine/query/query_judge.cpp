@@ -184,7 +184,7 @@ QueryErrors& QueryErrors::operator+=(const QueryErrors& other) {
 
 QueryJudge::QueryJudge(DeviceTree& tree) : scene_(oracle_scene(tree)) {
   for (std::size_t mesh = 0; mesh < scene_.trees().size(); ++mesh) {
-    const ExactOracle oracle(scene_.trees()[mesh], scene_.triangles(mesh));
+    const ExactOracle oracle(*scene_.trees()[mesh], scene_.triangles(mesh));
     if (oracle.lost().empty()) continue;
     fail(Failure::Work,
          "the tree{} lacks triangle {}, which has an area; its builder is wrong: choose another by --build",
@@ -259,7 +259,7 @@ QueryErrors QueryJudge::sides(std::span<const ProbePoint> points, std::span<cons
 QueryErrors QueryJudge::inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const {
   const ExactCrossings oracle(scene_);
   std::vector<ExactClosestPoints> meshes;
-  for (const PairTree& tree : scene_.trees()) meshes.emplace_back(tree);
+  for (const PairTree* tree : scene_.trees()) meshes.emplace_back(*tree);
   // Returns true if the point is so near to the surface of an instance that the bound leaves its side open.
   const auto is_open = [&](const glm::vec3& point) {
     bool open = false;

@@ -44,11 +44,10 @@ class QueryJudge {
   explicit QueryJudge(DeviceTree& tree);
 
   /// A list is wrong if triangles or their order differ. It is beyond its bound if a triangle differs that the ray
-  /// meets or misses by more than the bound of shaders/lib/query/sure.glsl, or if a t differs by more than that; of an
-  /// instance, in the space of its mesh. A
-  /// number is wrong if it differs from the exact one, and beyond its bound if it differs from that of the list. First
-  /// crossings are wrong if triangles or their order differ, and beyond their bound if they are not the beginning of
-  /// the list.
+  /// meets or misses by more than the bound of shaders/lib/query/sure.glsl (of an instance, in the space of its mesh),
+  /// or if a t differs by more than that. A number is wrong if it differs from the exact one, and beyond its bound if
+  /// it differs from that of the list. First crossings are wrong if triangles or their order differ, and beyond their
+  /// bound if they are not the beginning of the list.
   RayErrors rays(std::span<const Ray> rays, const RayAnswers& found) const;
   /// A nearest triangle is wrong if it is another one. It is beyond its bound if it, or the distance, is farther away
   /// than 64 * 2^-24 (M + M') + 2^-85 R allows (shaders/query/closest_point.comp), or if the distance exceeds the
@@ -58,8 +57,8 @@ class QueryJudge {
   /// is inside of a triangle it is beyond its bound if it is wrong although that is the triangle found, and the bound
   /// of the distance separates it from the triangle's plane and edges. At edges and corners no bound is judged.
   QueryErrors sides(std::span<const ProbePoint> points, std::span<const Nearest> found) const;
-  /// An answer is beyond its bound if the point is 16 * 2^-24 M away from the surface (shaders/query/inside.comp); of an
-  /// instance, in the space of its mesh.
+  /// An answer is beyond its bound if the point is 16 * 2^-24 M away from the surface (shaders/query/inside.comp); of
+  /// an instance, in the space of its mesh.
   QueryErrors inside(std::span<const ProbePoint> points, std::span<const std::uint32_t> found) const;
 
  private:

@@ -137,12 +137,12 @@ std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, const T
 
 /// Makes a forest of the same instances, whose meshes have no spatial splits.
 std::unique_ptr<Forest> WholeTree::whole_forest(const Forest& scene) {
-  std::vector<std::vector<Triangle>> meshes;
+  std::vector<std::span<const Triangle>> meshes;
   for (const MeshTree& mesh : scene.meshes()) meshes.push_back(mesh.triangles);
   std::vector<Placement> placements;
   for (std::size_t i = 0; i < scene.size(); ++i) placements.push_back({scene.mesh_of(i), scene.transforms()[i]});
   std::size_t number = 0;
-  return std::make_unique<Forest>(std::move(meshes), placements, [&](std::span<const Triangle> triangles) {
+  return std::make_unique<Forest>(meshes, placements, [&](std::span<const Triangle> triangles) {
     const Bvh& bvh = scene.meshes()[number++].bvh;
     return has_splits(bvh) ? build_bvh(triangles, kWhole) : bvh;
   });
@@ -151,13 +151,15 @@ std::unique_ptr<Forest> WholeTree::whole_forest(const Forest& scene) {
 bool WholeTree::update() {
   if (generation_ == scene_.generation()) return false;
   const Forest* scene = scene_.forest();
-  if (forest_) {  // its meshes stay
+  if (forest_ && scene && scene->exchanges() == exchanges_) {
     own_->move_instances(scene->transforms());
     generation_ = scene_.generation();
     return false;
   }
   dropped_ = dropped_ || own_;
   own_.reset();
+  forest_.reset();
+  exchanges_ = scene ? scene->exchanges() : 0;
   if (scene && has_splits(scene_.bvh())) {
     forest_ = whole_forest(*scene);
     own_ = std::make_unique<DeviceTree>(gpu_, *forest_);

@@ -47,9 +47,9 @@ class QueryKernel {
   void bind(const SurfaceAlpha& alpha) { alpha.bind(*kernel_); }
   /// Makes or renews the kernel, if the tree or the shaders changed.
   void prepare();
-  /// Answers queries [first, first + count) from `from` on, and waits. Returns how many of them the
-  /// driver cut short. Adds the time to `times`. They go in launches of a tenth of a second, or less where the device
-  /// asks for that; `launched` is called after each with the number of queries so far. It may be empty, and may throw.
+  /// Answers queries [first, first + count) from `from` on, and waits. Returns how many of them the driver cut short.
+  /// Adds the time to `times`. They go in launches of a tenth of a second, or less where the device asks for that;
+  /// `launched` is called after each with the number of queries so far. It may be empty, and may throw.
   std::uint32_t run(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,
                     const std::function<void(std::uint32_t)>& launched = {});
   std::uint32_t run(std::uint32_t count, const TreePiece& from, TraceTimes& times) {
@@ -91,6 +91,7 @@ class WholeTree {
   Context& gpu_;
   DeviceTree& scene_;
   std::uint64_t generation_ = 0;  // of the scene's tree that this follows
+  std::uint64_t exchanges_ = 0;   // of meshes in the scene's forest until then
   bool dropped_ = false;          // a tree of its own went since update() last returned
   Bvh bvh_;
   std::unique_ptr<Forest> forest_;

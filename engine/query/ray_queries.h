@@ -45,7 +45,8 @@ struct CrossingQuery {
   /// decide, the host the rest. t, u and v are then exact to float32's rounding and 2^-30.
   bool exact = false;
   Cull cull = Cull::None;
-  /// A word for each triangle; none: all bits. A triangle is left out if its mask shares no bit with the ray's.
+  /// A word for each triangle, counted through the instances; none: all bits. A triangle is left out if its mask shares
+  /// no bit with the ray's.
   std::span<const std::uint32_t> triangle_masks = {};
   /// Leaves out a triangle where its surface stops nothing: where alpha is below the cutoff of a mask, or 0. Changes
   /// nothing in a scene whose surfaces are opaque. Not in mode exact: textures are read in float32.
@@ -62,12 +63,13 @@ using TakeLists =
 /// Returns the sources of kernels of crossings that read alpha, for a device and a tree with these facts.
 std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const TreeFacts& tree, const Defines& alpha);
 
-/// Answers ray queries on one tree. Follows the tree when it changes. Belongs to the thread of its Context.
+/// Answers ray queries on a tree or a forest. Follows it when it changes. Belongs to the thread of its Context.
 ///
 /// A ray crosses a triangle by a rule of symbolic perturbation: a ray that passes exactly through an edge or a vertex
 /// is moved by an infinitesimal step, the same for all triangles. So it crosses a closed surface there once, or twice
 /// or not at all where it touches the surface from one side. Each triangle counts once, as the tree that is walked has
-/// no spatial splits: if the scene's own has, another one is built for these queries.
+/// no spatial splits: if the scene's own has, another one is built for these queries. What the crossings of instances
+/// are is told in shaders/lib/tree/instances.glsl; their triangles are numbered through the instances.
 class RayQueries {
  public:
   /// Keeps references to gpu and tree.

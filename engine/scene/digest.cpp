@@ -2,6 +2,8 @@
 
 #include <bit>
 
+#include "engine/scene/instances.h"
+
 namespace ballot {
 
 namespace {
@@ -95,9 +97,10 @@ std::uint64_t digest_of(const Scene& scene) {
     d.list(set, [&](const auto& t) {
       for (const glm::vec2& uv : t) d.number(uv.x), d.number(uv.y);
     });
-  if (scene.instanced()) {  // flat scenes keep the digest that they had
-    d.list(scene.instances.first, [&](std::size_t first) { d.word(first); });
-    d.list(scene.instances.placements, [&](const Placement& p) {
+  if (scene.instanced()) {  // meshes and names of flat scenes change no picture
+    const TreeLayout layout = tree_layout(scene);
+    d.list(layout.first, [&](std::size_t first) { d.word(first); });
+    d.list(layout.placements, [&](const Placement& p) {
       d.word(p.mesh);
       for (const auto& row : p.transform.m)
         for (const float x : row) d.number(x);

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <string>
 #include <utility>
 
-#include "engine/scene/scene.h"
+#include "engine/scene/gltf_file.h"
 
 namespace ballot {
 
@@ -29,38 +31,45 @@ inline constexpr std::uint64_t kWorthTriangles = 1 << 22;
 /// The memory of an instance, in triangles of copies.
 inline constexpr std::uint64_t kTrianglesAnInstance = 4;
 
-/// Fills the instances of a scene as its triangles are appended. What is not kept once lies in meshes of its own, which
-/// are in the world already: one for each run of such triangles.
+/// Fills the meshes and placements of a scene as its triangles are appended. A node has the name of the file, else that
+/// of its mesh, else "node N".
 class InstanceWriter {
  public:
-  explicit InstanceWriter(Scene& scene) : scene_(scene) {}
+  InstanceWriter(const GltfFile& file, Scene& scene) : file_(file), scene_(scene) {}
 
-  /// Returns the number of a mesh in the scene. A matrix that mirrors takes the mesh `turned`: its triangles are then
-  /// wound in the world as glTF has it. `append(turned)`, which appends the mesh in its own space, is called once each.
+  /// Begins a copy of a node's mesh, whose triangles lie in the world. Copies of one node that follow one another are
+  /// one mesh, so that a small file cannot ask for many.
+  void begin_copy(std::size_t node);
+
+  /// Returns the number in the scene of a mesh that is kept once. A matrix that mirrors takes the mesh `turned`: its
+  /// triangles are then wound in the world as glTF has it. `append(turned)`, which appends the mesh in its own space,
+  /// is called once each.
   template <class Append>
   std::uint32_t number_of(std::size_t mesh, bool turned, const Append& append) {
-    end_run();
     const auto [entry, fresh] = numbers_.try_emplace({mesh, turned}, static_cast<std::uint32_t>(to().first.size()));
     if (fresh) {
-      to().first.push_back(scene_.triangles.size());
+      begin_kept(mesh);
       append(turned);
-      run_ = scene_.triangles.size();
     }
     return entry->second;
   }
 
   /// Appends an instance of a mesh of the scene. Returns its number.
-  std::uint32_t place(std::uint32_t mesh, const Transform& transform);
+  std::uint32_t place(std::size_t node, std::uint32_t mesh, const Transform& transform);
 
-  /// Completes the instances. A scene without any stays flat.
+  /// Completes the meshes. A scene that keeps none is flat.
   void finish();
 
  private:
   SceneInstances& to() { return scene_.instances; }
-  void end_run();
+  void begin_kept(std::size_t mesh);
+  std::uint32_t add_name(std::string name);
+  std::uint32_t name_of(std::size_t node);
 
+  const GltfFile& file_;
   Scene& scene_;
-  std::size_t run_ = 0;                                            // the first triangle of the run
+  std::optional<std::size_t> copied_;                              // the node of the mesh that copies go on
+  std::optional<std::pair<std::size_t, std::uint32_t>> named_;     // the last node, and its name
   std::map<std::pair<std::size_t, bool>, std::uint32_t> numbers_;  // of the meshes that are kept
 };
 

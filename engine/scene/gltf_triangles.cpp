@@ -89,7 +89,7 @@ struct SceneSizes {
 constexpr std::uint64_t kMostInstances = 1 << 22;     // a small file can ask for any number
 constexpr std::uint64_t kBytesWithTree = 300;         // of a triangle: the scene's arrays, the tree and what builds it
 constexpr std::uint64_t kSurelyFit = 1 << 18;         // triangles; memory is not asked for
-constexpr std::uint64_t kBytesAnInstance = 52 + 232;  // of the scene; of its trees: engine/README.md, Memory
+constexpr std::uint64_t kBytesAnInstance = 60 + 232;  // of the scene; of its trees: engine/README.md, Memory
 
 void add_carried(const std::vector<OpenPrimitive>& mesh, const Scene& scene, Carried& carried) {
   for (const OpenPrimitive& primitive : mesh) {
@@ -190,7 +190,7 @@ void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* wh
   const Uses uses{source};
   const SceneSizes sizes = sizes_of(uses, scene);
   reserve(sizes, scene);
-  InstanceWriter writer(scene);
+  InstanceWriter writer(source.file, scene);
   std::uint64_t copied = 0;
   uses.for_each_node([&](const PlacedNode& p, const std::vector<OpenPrimitive>& mesh) {
     const bool keep = sizes.kept.contains(uses.mesh_number(p)) && !uses.deforms(p);
@@ -204,6 +204,7 @@ void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* wh
       };
       const Transform transform = transform_of(world);
       if (!keep || !is_placeable(transform)) {
+        writer.begin_copy(p.node);
         append(world, mirrors(world), where ? &where->primitives : nullptr);
         copied += keep ? 1 : 0;
         return;
@@ -213,7 +214,7 @@ void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* wh
       for (const bool turned : {mirrors(world), !mirrors(world)})
         moving.meshes[turned] =
             uses.needs(p, world, turned) ? writer.number_of(uses.mesh_number(p), turned, once) : moving.meshes[!turned];
-      moving.placement = writer.place(moving.meshes[mirrors(world)], transform);
+      moving.placement = writer.place(p.node, moving.meshes[mirrors(world)], transform);
       if (where && uses.moves(p)) where->instances.push_back(moving);
     });
   });

@@ -31,17 +31,6 @@ bool holds(const Bounds& outer, const Bounds& inner) {
 constexpr Bounds kNothing{glm::vec3(std::numeric_limits<float>::infinity()),
                           glm::vec3(-std::numeric_limits<float>::infinity())};
 
-/// Returns the bounds of a box's moved corners, which hold those of whatever the box holds.
-Bounds moved_box(const Bounds& box, const Transform& t) {
-  Bounds to = kNothing;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::vec3 v = moved_vertex(
-        {corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y, corner & 4 ? box.hi.z : box.lo.z}, t);
-    to = united(to, {v, v});
-  }
-  return to;
-}
-
 Bounds bounds_of_moved(std::span<const Triangle> triangles, const Transform& t) {
   Bounds to = kNothing;
   for (const Triangle& triangle : triangles)
@@ -95,8 +84,25 @@ glm::dmat4 not_quite_hidden(glm::dmat4 matrix) {
   return matrix;
 }
 
+bool is_identity(const Transform& t) {
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c)
+      if (t.m[r][c] != (r == c ? 1.0f : 0.0f)) return false;
+  return true;
+}
+
 Triangle moved(const Triangle& triangle, const Transform& t) {
   return {moved_vertex(triangle[0], t), moved_vertex(triangle[1], t), moved_vertex(triangle[2], t)};
+}
+
+Bounds moved(const Bounds& box, const Transform& t) {
+  Bounds to = kNothing;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::vec3 v = moved_vertex(
+        {corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y, corner & 4 ? box.hi.z : box.lo.z}, t);
+    to = united(to, {v, v});
+  }
+  return to;
 }
 
 std::uint64_t triangle_count(const Scene& scene) {
@@ -117,19 +123,27 @@ std::vector<Triangle> world_triangles(const Scene& scene) {
   return all;
 }
 
+Bounds bounds_of_mesh(const Scene& scene, std::size_t mesh) {
+  const SceneInstances& all = scene.instances;
+  if (all.triangles_of(mesh) == 0) return {};
+  return bounds_of_moved(std::span(scene.triangles).subspan(all.first[mesh], all.triangles_of(mesh)), {});
+}
+
 // Most instances lie within the bounds of others, which shows without their vertices: those whose boxes reach
 // farthest are taken first.
 Bounds bounds_of_instances(const Scene& scene) {
-  const SceneInstances& all = scene.instances;
-  std::vector<Bounds> of_mesh(all.meshes(), kNothing);
-  for (std::size_t m = 0; m < all.meshes(); ++m)
-    of_mesh[m] = bounds_of_moved(std::span(scene.triangles).subspan(all.first[m], all.triangles_of(m)), {});
+  const TreeLayout all = tree_layout(scene);
+  const auto triangles_of = [&](std::size_t mesh) {
+    return std::span(scene.triangles).subspan(all.first[mesh], all.first[mesh + 1] - all.first[mesh]);
+  };
+  std::vector<Bounds> of_mesh(all.first.size() - 1, kNothing);
+  for (std::size_t m = 0; m < of_mesh.size(); ++m) of_mesh[m] = bounds_of_moved(triangles_of(m), {});
   std::vector<std::size_t> order;  // of the instances that have triangles
   std::vector<Bounds> boxes(all.placements.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const Placement& p = all.placements[i];
-    if (all.triangles_of(p.mesh) == 0) continue;
-    boxes[i] = moved_box(of_mesh[p.mesh], p.transform);
+    if (triangles_of(p.mesh).empty()) continue;
+    boxes[i] = moved(of_mesh[p.mesh], p.transform);
     order.push_back(i);
   }
   if (order.empty()) return {};
@@ -143,36 +157,64 @@ Bounds bounds_of_instances(const Scene& scene) {
   for (const std::size_t i : order) {
     if (holds(bounds, boxes[i])) continue;
     const Placement& p = all.placements[i];
-    bounds = united(
-        bounds,
-        bounds_of_moved(std::span(scene.triangles).subspan(all.first[p.mesh], all.triangles_of(p.mesh)), p.transform));
+    bounds = united(bounds, bounds_of_moved(triangles_of(p.mesh), p.transform));
   }
   return bounds;
 }
 
+TreeLayout tree_layout(const Scene& scene) {
+  const SceneInstances& all = scene.instances;
+  std::vector<bool> joins(all.meshes());  // a mesh shares the tree of the one before it
+  for (std::size_t p = 1; p < all.placements.size(); ++p) {
+    const std::uint32_t before = all.placements[p - 1].mesh, mesh = all.placements[p].mesh;
+    joins[mesh] = mesh == before + 1 && all.mesh_labels[mesh].in_world && all.mesh_labels[before].in_world;
+  }
+  TreeLayout to;
+  std::vector<std::uint32_t> number(all.meshes());  // of each mesh in the layout
+  for (std::size_t m = 0; m < number.size(); ++m) {
+    if (!joins[m]) to.first.push_back(all.first[m]);
+    number[m] = static_cast<std::uint32_t>(to.first.size() - 1);
+  }
+  to.first.push_back(all.first.back());
+  to.placements.reserve(all.placements.size());
+  to.from.reserve(all.placements.size());
+  for (std::uint32_t i = 0; i < all.placements.size(); ++i) {
+    const Placement& p = all.placements[i];
+    if (joins[p.mesh]) continue;
+    to.placements.push_back({number[p.mesh], p.transform});
+    to.from.push_back(i);
+  }
+  return to;
+}
+
 void check_instances(const Scene& scene) {
   const SceneInstances& all = scene.instances;
-  const std::string where = fmt::format("scene '{}'", scene.name);
   if (all.first.empty() || all.first.front() != 0 || all.first.back() != scene.triangles.size() ||
       !std::ranges::is_sorted(all.first))
-    fail(Failure::Arguments, "{}: the meshes of its instances are no ranges that make up its {} triangles", where,
-         scene.triangles.size());
+    fail(Failure::Arguments, "scene '{}': the meshes of its instances are no ranges that make up its {} triangles",
+         scene.name, scene.triangles.size());
   std::uint64_t count = 0;
   for (std::size_t i = 0; i < all.placements.size(); ++i) {
     const Placement& p = all.placements[i];
     if (p.mesh >= all.meshes())
-      fail(Failure::Arguments, "{}: instance {} names mesh {}, but there are {}", where, i, p.mesh, all.meshes());
-    if (!is_placeable(p.transform))
-      fail(
-          Failure::Arguments,
-          "{}: the matrix of instance {} is not finite, singular, or multiplies rounding errors by {:.3g}; expected at "
-          "most {}, and columns of 2^-60 to 2^60; place a moved copy of the mesh instead",
-          where, i, spread_of(p.transform), kMostSpread);
+      fail(Failure::Arguments, "instance {}: its mesh is number {}, but there are {} meshes", i, p.mesh, all.meshes());
     count += all.triangles_of(p.mesh);
     if (count > kMostPrims)
-      fail(Failure::Arguments, "{}: up to instance {} there are {} triangles; at most {} can be numbered", where, i,
-           count, kMostPrims);
+      fail(Failure::Arguments,
+           "instance {}: with it the scene has {} triangles, counted through its instances; at most {} can be numbered",
+           i, count, kMostPrims);
   }
+}
+
+void check_spreads(const Scene& scene) {
+  const std::vector<Placement>& all = scene.instances.placements;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!is_placeable(all[i].transform))
+      fail(Failure::Arguments,
+           "scene '{}': the matrix of instance {} is not finite, singular, or multiplies rounding errors by {:.3g}; "
+           "pictures and rays of a view take at most {}, and columns of 2^-60 to 2^60; place a moved copy of the mesh "
+           "instead",
+           scene.name, i, spread_of(all[i].transform), kMostSpread);
 }
 
 }  // namespace ballot

@@ -23,8 +23,13 @@ bool is_placeable(const Transform& transform);
 /// point all the same, as float32 tells no size below it. Other matrices stay as they are.
 glm::dmat4 not_quite_hidden(glm::dmat4 matrix);
 
+bool is_identity(const Transform& transform);
+
 /// Returns a triangle where the transform puts it, moved in double precision and rounded.
 Triangle moved(const Triangle& triangle, const Transform& transform);
+
+/// Returns the bounds of a box's moved corners, which hold those of whatever the box holds.
+Bounds moved(const Bounds& box, const Transform& transform);
 
 /// Returns the number of triangles, counted through the instances: hits have a smaller prim.
 std::uint64_t triangle_count(const Scene& scene);
@@ -47,11 +52,33 @@ void for_each_triangle(const Scene& scene, const Visit& visit) {
 /// Returns all triangles in the world, by their prims. Throws Error(Work) if there is no memory for them.
 std::vector<Triangle> world_triangles(const Scene& scene);
 
+/// Returns the bounds of a mesh in its own space; zero if it has no triangle.
+Bounds bounds_of_mesh(const Scene& scene, std::size_t mesh);
+
 /// Returns the bounds of all moved vertices.
 Bounds bounds_of_instances(const Scene& scene);
 
-/// Throws Error(Arguments) unless each mesh is a range of the scene's triangles, each placement names a mesh and is
-/// placeable, and the triangles can be numbered.
+/// The meshes and placements of a scene as its trees have them. Meshes that lie in the world and follow one another are
+/// one mesh here, so that one tree holds them: in a flat scene, all.
+struct TreeLayout {
+  std::vector<std::size_t> first;     // as SceneInstances::first
+  std::vector<Placement> placements;  // their triangles are numbered as those of the scene are
+  std::vector<std::uint32_t> from;    // of each, the first of the scene's placements that it stands for
+};
+TreeLayout tree_layout(const Scene& scene);
+
+/// Throws Error(Arguments) unless each mesh is a range of the scene's triangles, each placement names a mesh, and the
+/// triangles can be numbered.
 void check_instances(const Scene& scene);
+
+/// Throws Error(Arguments) unless each placement is_placeable(), as rays that start on surfaces need it.
+void check_spreads(const Scene& scene);
+
+/// Fills what a scene lacks of its meshes and placements. Without meshes it gets one, which holds all triangles;
+/// without placements its meshes lie in the world, unless they are `placed`. Labels that are missing get numbers, and
+/// without names the meshes get the scene's name, or "mesh N".
+/// Throws Error(Arguments) as check_instances() does, and unless there is a label for each mesh and placement with a
+/// name that exists, and a mesh that lies in the world is placed once, in order, with the identity.
+void complete_instances(Scene& scene);
 
 }  // namespace ballot

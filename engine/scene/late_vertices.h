@@ -1,4 +1,4 @@
-// Triangles and normals of a scene that have moved on a device, and have not been brought back. No Vulkan.
+// What of a scene has moved elsewhere, and has not been brought back. No Vulkan.
 #pragma once
 
 #include <functional>
@@ -6,8 +6,8 @@
 
 namespace ballot {
 
-/// Tells whether the host's triangles and normals of a scene are those of an earlier time, and brings them up to date.
-/// Whoever reads them on the host calls bring() first. Belongs to the thread of its Engine.
+/// Tells whether the host's triangles, normals, placements and bounds of a scene are those of an earlier time, and
+/// brings them up to date. Whoever reads them on the host calls bring() first. Belongs to the thread of its Engine.
 class LateVertices {
  public:
   /// Brings the vertices back if they are late. Throws what doing so throws; they are late then still.

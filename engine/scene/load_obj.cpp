@@ -162,6 +162,31 @@ class UsedFaces {
   std::size_t released_ = 0, corner_ = 0;
 };
 
+/// Makes a mesh of each group as its faces become triangles. Groups of one name have one id.
+class GroupMeshes {
+ public:
+  GroupMeshes(ObjFile& file, Scene& scene) : groups_(file.groups), scene_(scene), to_(scene.instances) {
+    to_.names = std::move(file.names);
+    before(0);
+  }
+  /// Begins the mesh that this face is the first of, if there is one.
+  void before(std::size_t face) {
+    if (next_ == groups_.size() || groups_[next_].first != face) return;
+    to_.first.push_back(scene_.triangles.size());
+    to_.mesh_labels.push_back({.name = groups_[next_].name, .id = groups_[next_].name});
+    ++next_;
+  }
+  void finish() {
+    if (!to_.first.empty()) to_.first.push_back(scene_.triangles.size());
+  }
+
+ private:
+  const std::vector<ObjGroup>& groups_;
+  const Scene& scene_;
+  SceneInstances& to_;
+  std::size_t next_ = 0;
+};
+
 }  // namespace
 
 Scene load_obj(const std::filesystem::path& path, const LoadOptions& options) {
@@ -191,7 +216,14 @@ Scene load_obj(const std::filesystem::path& path, const LoadOptions& options) {
     const bool shown = face.material != kNoMaterial && scene.materials[face.material].base_texture;
     scene.uvs[0].push_back(coordinates_at(file, corners, shown ? without : others));
   };
-  for_triangles(file, add, UsedFaces(file)).note(scene.notes);
+  GroupMeshes meshes(file, scene);
+  UsedFaces used(file);
+  const auto behind = [&](std::size_t face) {
+    used(face);
+    meshes.before(face + 1);
+  };
+  for_triangles(file, add, behind).note(scene.notes);
+  meshes.finish();
   if (without > 0)
     scene.notes.push_back(
         fmt::format("{} corners of triangles with a texture have no texture coordinates; they are "

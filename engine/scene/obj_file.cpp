@@ -31,7 +31,7 @@ std::string_view without_comment(std::string_view line) { return trimmed(line.su
 class Parser {
  public:
   Parser(const std::filesystem::path& path, const LoadOptions& options)
-      : path_(path), options_(options), lines_(path, "OBJ") {}
+      : path_(path), options_(options), lines_(path, "OBJ"), group_(path.stem().string()) {}
 
   ObjFile run() {
     std::string joined;
@@ -91,10 +91,11 @@ class Parser {
       smoothing(trimmed(line));
     } else if (keyword == "usemtl") {
       material_ = material_named(trimmed(whole.substr(keyword.size())));
+    } else if (keyword == "g" || keyword == "o") {
+      begin_group(trimmed(whole.substr(keyword.size())));
     } else if (keyword == "mtllib") {
       if (!try_library(trimmed(whole.substr(keyword.size())))) library(trimmed(line));  // a name may hold a '#'
-    } else if (constexpr std::string_view kIgnored = " vp g o ";
-               kIgnored.find(fmt::format(" {} ", keyword)) == std::string_view::npos) {
+    } else if (keyword != "vp") {
       left_out(keyword);
     }
   }
@@ -209,6 +210,7 @@ class Parser {
       fail_here("is corner {} of a face; expected at most {}", kMaxCount, kMaxCount);
     if (face.count >= 3) {
       if (file_.faces.empty()) left_at_first_ = lines_.left();
+      enter_group();
       file_.faces.push_back(face);
       if (file_.faces.size() == kTelling) reserve();
     } else {
@@ -229,6 +231,24 @@ class Parser {
   void smoothing(std::string_view group) {
     smoothing_ = group == "on" ? 1 : 0;
     std::from_chars(group.data(), group.data() + group.size(), smoothing_);
+  }
+
+  /// Notes the group of the faces that follow. Its name may hold a '#', but not where a word begins.
+  void begin_group(std::string_view name) {
+    for (std::size_t at = name.find('#'); at != std::string_view::npos; at = name.find('#', at + 1))
+      if (at == 0 || name[at - 1] == ' ' || name[at - 1] == '\t') name = name.substr(0, at);
+    group_ = trimmed(name);
+    if (group_.empty()) group_ = "default";
+    begins_group_ = true;
+  }
+
+  /// Puts the next face into its group. A group of the same name as the one before it goes on.
+  void enter_group() {
+    if (!std::exchange(begins_group_, false)) return;
+    const auto [entry, fresh] = group_of_.try_emplace(group_, static_cast<std::uint32_t>(file_.names.size()));
+    if (fresh) file_.names.push_back(group_);
+    if (file_.groups.empty() || file_.groups.back().name != entry->second)
+      file_.groups.push_back({static_cast<std::uint32_t>(file_.faces.size()), entry->second});
   }
 
   /// Returns the material of a name, which may hold a '#', or else be followed by a comment.
@@ -326,6 +346,9 @@ class Parser {
   std::map<std::string, std::size_t, std::less<>> left_out_;    // statements by keyword
   std::set<std::string> missing_;                               // names of absent materials
   std::unordered_map<std::string, std::uint32_t> material_of_;  // by name, into ObjFile::materials
+  std::string group_;                                           // of the next face
+  bool begins_group_ = true;                                    // with the next face
+  std::unordered_map<std::string, std::uint32_t> group_of_;     // by name, into ObjFile::names
   std::unordered_map<std::string, bool> libraries_;             // by name in the file: found or not
   std::set<std::string> library_files_;                         // canonical paths
 };

@@ -34,6 +34,12 @@ struct ObjMap {
   bool clamp = false;
 };
 
+/// The faces from one `g` or `o` on, up to the next.
+struct ObjGroup {
+  std::uint32_t first = 0;  // of ObjFile::faces
+  std::uint32_t name = 0;   // of ObjFile::names
+};
+
 struct ObjFile {
   std::vector<glm::vec3> vertices, normals;
   std::vector<glm::vec2> coordinates;  // of textures; v runs upwards
@@ -41,6 +47,8 @@ struct ObjFile {
   std::vector<ObjCorner> corners;  // indices from 0, in range
   std::vector<std::int32_t> coordinates_of;  // one a corner, into coordinates, -1: none; empty if no corner has any
   std::vector<ObjFace> faces;                // with 3 corners or more, in file order
+  std::vector<ObjGroup> groups;              // with a face or more, in file order
+  std::vector<std::string> names;            // of groups, each once; faces before any have the file's
   std::vector<Material> materials;
   std::vector<ObjMap> maps;  // one a material
   std::vector<std::string> notes;

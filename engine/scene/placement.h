@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -24,17 +25,45 @@ struct Placement {
 /// something else.
 inline constexpr std::uint64_t kMostPrims = 0xFFFFFFFDull;
 
-/// The instances of a scene. A scene without placements is flat: its triangles lie in the world.
+/// MeshLabel::material of a mesh whose triangles have several materials, or that has none.
+inline constexpr std::uint32_t kSeveralMaterials = 0xFFFFFFFF;
+
+/// What a mesh is called, and what it is.
+struct MeshLabel {
+  std::uint32_t name = 0;  // of SceneInstances::names
+  /// The number of the mesh, or of an OBJ group, in its file. Ranges and copies of one mesh have the same id.
+  std::uint32_t id = 0;
+  std::uint32_t material = kSeveralMaterials;  // of all its triangles; finish_scene() sets it
+  /// Its triangles lie in the world: it is placed once, with the identity.
+  bool in_world = false;
+};
+
+/// What a placement is called.
+struct PlacementLabel {
+  std::uint32_t name = 0;  // of SceneInstances::names
+  std::uint32_t node = 0;  // its node in the file; where a file has no nodes, the id of the mesh
+};
+
+/// The meshes of a scene, and where they lie. Every finished scene has some: finish_scene() makes one mesh of a scene
+/// that is built in memory and names none.
 struct SceneInstances {
   /// The first triangle of each mesh in the arrays of the scene, and behind these their end. A mesh lies in its own
-  /// space, and is there once.
+  /// space, which may be the world, and is there once. Its vertices are its corners, three a triangle.
   std::vector<std::size_t> first;
+  std::vector<MeshLabel> mesh_labels;  // of each mesh
   /// Hits number the triangles of the first instance first, then those of the second, and so on, as if the scene were
   /// made of moved copies.
   std::vector<Placement> placements;
+  bool placed = false;                           // the maker tells all placements, of which there may be none
+  std::vector<PlacementLabel> placement_labels;  // of each placement
+  std::vector<std::string> names;                // as in the file: any text, any number of times
+  /// The number of meshes that do not lie in the world. 0: the scene is flat, so its meshes are placed in their order.
+  std::size_t kept = 0;
 
   std::size_t meshes() const { return first.empty() ? 0 : first.size() - 1; }
   std::size_t triangles_of(std::size_t mesh) const { return first[mesh + 1] - first[mesh]; }
+  const std::string& mesh_name(std::size_t mesh) const { return names[mesh_labels[mesh].name]; }
+  const std::string& placement_name(std::size_t placement) const { return names[placement_labels[placement].name]; }
 };
 
 /// What a loader does with a mesh that its file uses several times.

@@ -259,6 +259,7 @@ void set_pose(Scene& scene, const AnimationClip* clip, double seconds) {
   for (const Pose::Moved& m : pose.moved) scene.instances.placements[m.placement] = m.to;
   if (scene.instanced()) {
     check_instances(scene);
+    check_spreads(scene);
     scene.bounds = bounds_of_instances(scene);
   }
   scene.lights = std::move(pose.lights);

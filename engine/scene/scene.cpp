@@ -92,10 +92,8 @@ void finish_scene(Scene& scene) {
   check_sizes(scene);
   check_textures(scene);
   scene.bounds = bounds_of_vertices(scene.triangles, scene.name);
-  if (scene.instanced()) {
-    check_instances(scene);
-    scene.bounds = bounds_of_instances(scene);
-  }
+  complete_instances(scene);
+  if (scene.instanced()) scene.bounds = bounds_of_instances(scene);
   if (scene.views.empty()) scene.views.push_back(framing_view(scene.bounds));
 }
 

@@ -45,8 +45,8 @@ struct Animation;  // animation.h
 /// A scene. load_scene() loads one; finish_scene() completes one that is built in memory.
 struct Scene {
   std::string name;  // file name without folders and extension
-  /// In the world; the index is the prim of hits; numbering: see load_scene. With instances: of each mesh, in its own
-  /// space. The four lists that follow are of these triangles.
+  /// Mesh by mesh. In a flat scene they lie in the world, and the index is the prim of hits; numbering: see load_scene.
+  /// The four lists that follow are of these triangles.
   std::vector<Triangle> triangles;
   /// Unit normals, three per triangle; empty if no primitive of the file has normals.
   std::vector<std::array<glm::vec3, 3>> normals;
@@ -59,7 +59,7 @@ struct Scene {
   /// Colours of the vertices, three per triangle: linear RGBA, which multiply the base colour and alpha; empty if no
   /// primitive of the file has them.
   std::vector<std::array<glm::vec4, 3>> colors;
-  SceneInstances instances;        // none: the scene is flat
+  SceneInstances instances;        // the meshes, and where they lie
   std::vector<Light> lights;       // KHR_lights_punctual
   Sky sky;                         // scene files have none: the caller sets it
   std::vector<View> views;         // never empty: a scene without cameras gets "view0", which frames the scene
@@ -68,7 +68,8 @@ struct Scene {
   std::shared_ptr<const Animation> animation;  // null: nothing moves
   std::vector<bool> turned;  // each part of the animation: its triangles' corners 1 and 2 have changed places (pose.h)
 
-  bool instanced() const { return !instances.placements.empty(); }
+  /// Returns false if the scene is flat: each mesh is placed once, in order, with the identity.
+  bool instanced() const { return instances.kept > 0; }
 };
 
 /// Returns the features of a scene's materials in use, lights, sky and views, and of its tree if there is one. No other
@@ -98,9 +99,10 @@ Scene load_scene(const std::filesystem::path& path, const LoadOptions& options =
 /// Throws as load_scene() does for a file that is missing, empty or of another format. Does not read the file.
 void check_scene_file(const std::filesystem::path& path);
 
-/// Checks and completes a scene built in memory, as load_scene() does: bounds, default material and default view.
+/// Checks and completes a scene built in memory, as load_scene() does: bounds, default material, default view, and what
+/// lacks of its meshes and placements (complete_instances() in instances.h).
 /// Throws Error(Arguments) if array sizes disagree, if an index of a material, texture, image or set of coordinates is
-/// out of range, if a vertex is not finite, or as check_instances() (instances.h) does.
+/// out of range, if a vertex is not finite, or as complete_instances() does.
 void finish_scene(Scene& scene);
 
 /// Returns the bounds of triangles; zero if there are none. Throws Error(Arguments), which names the scene, if a vertex

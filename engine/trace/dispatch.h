@@ -50,10 +50,9 @@ class Dispatcher {
   /// Keeps references to all arguments.
   Dispatcher(Context& gpu, DeviceTree& tree, TraceKernels& kernels) : gpu_(gpu), tree_(tree), kernels_(kernels) {}
 
-  /// Traces a range of rays, beginning at `from`, and waits. Dispatches in parts that take
-  /// Context::launch_ms() each, and again for rays that a bounded launch leaves. Returns the work counter, whose
-  /// `unfinished` is the number of rays that the driver cut short; their hits have prim UNFINISHED. Throws Error(Work)
-  /// if a dispatch takes no ray.
+  /// Traces a range of rays, beginning at `from`, and waits. Dispatches in parts that take Context::launch_ms() each,
+  /// and again for rays that a bounded launch leaves. Returns the work counter, whose `unfinished` is the number of
+  /// rays that the driver cut short; their hits have prim UNFINISHED. Throws Error(Work) if a dispatch takes no ray.
   Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const TreePiece& from,
            TraceTimes& times);
   /// The same from the root of the tree.

@@ -21,7 +21,7 @@ std::strong_ordering exact_order(const Ray& ray, const DeviceTree& tree, std::ui
     const Forest::Place at = forest->place_of(a), other = forest->place_of(b);
     if (at.instance != other.instance) return std::strong_ordering::equal;
     const Instance& instance = forest->instances()[at.instance];
-    const std::vector<Triangle>& mesh = forest->meshes()[instance.mesh].triangles;
+    const std::span<const Triangle> mesh = forest->meshes()[instance.mesh].triangles;
     const Ray moved = object_ray(ray, instance.map);
     return compare_t(ExactSight(moved, mesh[at.triangle]), ExactSight(moved, mesh[other.triangle]));
   }
@@ -48,19 +48,16 @@ std::vector<std::uint32_t> inner_nodes(const TopTree& top) {
   return nodes;
 }
 
-/// Returns the steps of each mesh, as pieces_of() counts them.
-std::vector<std::uint64_t> mesh_steps(std::span<const PairTree> meshes) {
-  std::vector<std::uint64_t> steps;
-  for (const PairTree& mesh : meshes) steps.push_back(mesh.nodes.size() / mesh.pair_texels() + mesh.leaves.size());
-  return steps;
-}
+/// Returns the steps of a mesh, as pieces_of() counts them.
+std::uint64_t mesh_steps(const PairTree& mesh) { return mesh.nodes.size() / mesh.pair_texels() + mesh.leaves.size(); }
 
 }  // namespace
 
-std::vector<TreePiece> pieces_of(const TopTree& top, const Forest& forest, std::span<const PairTree> meshes,
+std::vector<TreePiece> pieces_of(const TopTree& top, const Forest& forest, const MeshPairs& pairs,
                                  std::uint64_t limit) {
   if (top.root == END_OF_TREE) return {{top.root}};
-  const std::vector<std::uint64_t> of_mesh = mesh_steps(meshes);
+  std::vector<std::uint64_t> of_mesh;
+  for (std::size_t i = 0; i < forest.meshes().size(); ++i) of_mesh.push_back(mesh_steps(pairs(i)));
   std::vector<std::uint64_t> steps(top.records / TOP_NODE_TEXELS);
   const auto mesh_of = [&](std::uint32_t leaf) { return forest.mesh_of(leaf & ~LEAF_BIT); };
   const auto steps_of = [&](std::uint32_t node) {
@@ -77,7 +74,7 @@ std::vector<TreePiece> pieces_of(const TopTree& top, const Forest& forest, std::
     if (steps_of(node) <= limit) {
       pieces.push_back({node});
     } else if (is_leaf(node)) {
-      for (const std::uint32_t root : pieces_of(meshes[mesh_of(node)], limit)) pieces.push_back({node, root});
+      for (const std::uint32_t root : pieces_of(pairs(mesh_of(node)), limit)) pieces.push_back({node, root});
     } else {
       open.push_back(top.texels[node + 2].w);
       open.push_back(top.texels[node].w);
@@ -114,7 +111,10 @@ std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit) {
 
 std::vector<TreePiece> pieces_of(DeviceTree& tree, const TreeAccess& access, std::uint64_t limit) {
   if (const Forest* forest = tree.forest())
-    return pieces_of(tree.top_tree(), *forest, tree.mesh_pairs(access.layout, access.padding), limit);
+    return pieces_of(
+        tree.top_tree(), *forest,
+        [&](std::size_t mesh) -> const PairTree& { return tree.mesh_pairs(mesh, access.layout, access.padding); },
+        limit);
   std::vector<TreePiece> all;
   for (const std::uint32_t root : pieces_of(tree.pairs(access.layout, access.padding), limit)) all.push_back({root});
   return all;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -89,10 +90,12 @@ class Repair {
 /// is a single leaf. An inner node is one step, a leaf is one step, and each of its triangles is one more.
 std::vector<std::uint32_t> pieces_of(const PairTree& bvh, std::uint64_t limit);
 
+/// Returns the pair tree of a mesh by its number.
+using MeshPairs = std::function<const PairTree&(std::size_t)>;
+
 /// The same for a forest with these pair trees of its meshes: pieces that together hold every leaf of every instance
 /// once. A piece of several instances holds them whole.
-std::vector<TreePiece> pieces_of(const TopTree& top, const Forest& forest, std::span<const PairTree> meshes,
-                                 std::uint64_t limit);
+std::vector<TreePiece> pieces_of(const TopTree& top, const Forest& forest, const MeshPairs& pairs, std::uint64_t limit);
 
 /// The same for a tree or a forest whose pairs are read in this way.
 std::vector<TreePiece> pieces_of(DeviceTree& tree, const TreeAccess& access, std::uint64_t limit);

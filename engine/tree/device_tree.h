@@ -3,39 +3,32 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <future>
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <tuple>
 #include <vector>
 
 #include "engine/bvh/forest.h"
-#include "engine/formats/formats.h"
 #include "engine/scene/features.h"
-#include "engine/scene/late_vertices.h"
-#include "engine/tree/build/device_build.h"
 #include "engine/tree/build/top_builder.h"
+#include "engine/tree/joined_array.h"
+#include "engine/tree/mesh_arrays.h"
 #include "engine/tree/shear.h"
-#include "engine/tree/tree_access.h"
-#include "engine/vk/buffer.h"
 
 namespace ballot {
 
-/// The place where the arrays of a kernel were made. Kernels do not mix arrays of the two: their leaves differ in
-/// order.
-enum class Source { Host, Device };
-
-/// The arrays of one tree on one device. Each is encoded and uploaded when a kernel first asks for it.
+/// The trees of a scene's meshes on one device, in every format that kernels ask for, and the top-level tree over their
+/// instances if there is one. Each array is made when a kernel first asks for it, of all meshes; later only what has
+/// changed is written anew.
 ///
-/// Every state of the tree has a generation, a number that no other tree of the process has or had. What is derived
+/// Every state of the trees has a generation, a number that no other one of the process has or had. What is derived
 /// from a tree (bound buffers, resolved queries, choices of method auto) keeps the generation that it was made from and
 /// is made anew once that differs. Belongs to the thread of its Context.
 class DeviceTree {
  public:
-  using Texels = Buffer<glm::uvec4>;
+  using Texels = ballot::Texels;
 
   /// Keeps references to gpu, bvh and triangles. Kernels are compiled for `facts`: those of `bvh`, or more general
   /// ones. If the tree was `built` on the device, `bvh` may be its summary: then the tree is read back where the host
@@ -50,6 +43,10 @@ class DeviceTree {
   /// top-level tree is refitted or built on the device where that is quicker (moves_on_device()), else on the host
   /// (Forest::move). Throws as Forest::move() does, and nothing has changed then; Error(Work) if the device fails.
   void move_instances(std::span<const Transform> transforms);
+  /// Forests only: gives a mesh other triangles, as many, and their tree, which begins a new generation. `same_shape`:
+  /// the tree is that of before, refitted. Its instances follow as move_instances() says. Keeps references to the
+  /// forest's tree and triangles. Throws as move_instances(), and nothing has changed then.
+  void change_mesh(std::size_t mesh, MeshTree with, bool same_shape);
   /// Returns true if the device holds the top-level tree of a forest after a move.
   bool moves_on_device() const;
   /// Measurements and tests only: says where the top-level tree is held from the next move on.
@@ -60,7 +57,7 @@ class DeviceTree {
   /// Returns the forest, or null if this is a single tree. Its instances and tree on the host may be late.
   const Forest* forest() const { return forest_; }
 
-  /// Replaces the tree, which begins a new generation. Waits for the device. Invalidates references to arrays.
+  /// Replaces the tree of a mesh, which begins a new generation. Waits for the device.
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                std::shared_ptr<DeviceBuild> built = {});
 
@@ -71,18 +68,23 @@ class DeviceTree {
   /// The same for the triangles that the DeviceBuild has at hand.
   bool refit(const Bounds& bounds);
   /// Begins a new generation for a tree of the same shape whose triangles have moved. Waits for the device. Arrays that
-  /// refit() has moved stay; the others are made anew when a kernel asks for them. Keeps references as replace() does.
+  /// refit() has moved stay; the others are written anew when a kernel asks for them. Keeps references as replace()
+  /// does.
   void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   /// Returns true if triangles have moved since the tree was made, as they may do again.
-  bool has_moved() const { return has_moved_; }
+  bool has_moved() const { return meshes_[0].has_moved(); }
   /// Returns what holds the tree on the device if it was built there; null if it was not.
-  const std::shared_ptr<DeviceBuild>& built() const { return built_; }
+  const std::shared_ptr<DeviceBuild>& built() const { return meshes_[0].built(); }
 
   /// Has the tree ask `late` before it reads triangles on the host. Keeps the pointer.
-  void set_late(const LateVertices* late) { late_ = late; }
+  void set_late(const LateVertices* late) {
+    for (MeshArrays& mesh : meshes_) mesh.set_late(late);
+  }
 
   /// Keeps formats that take long to encode in a folder on disk until the tree changes (formats/encoded_cache.h).
-  void keep_in(const std::filesystem::path& folder) { cache_ = folder; }
+  void keep_in(const std::filesystem::path& folder) {
+    for (MeshArrays& mesh : meshes_) mesh.keep_in(folder);
+  }
 
   /// Returns the seconds that queries other than traces took to walk this tree. They add theirs.
   double& walked_s() { return walked_s_; }
@@ -90,13 +92,10 @@ class DeviceTree {
 
   std::uint64_t generation() const { return generation_; }
   /// Returns the tree, which has no nodes if it is the summary of one that was built on the device.
-  const Bvh& bvh() const { return *bvh_; }
-  /// Returns the tree with its nodes.
-  const Bvh& whole_bvh() { return built_ ? built_->bvh() : *bvh_; }
-  std::span<const Triangle> triangles() const {
-    if (late_) late_->bring();
-    return triangles_;
-  }
+  const Bvh& bvh() const { return forest_ ? forest_->summary() : meshes_[0].bvh(); }
+  /// Return the tree with its nodes, and its triangles. Not for forests.
+  const Bvh& whole_bvh() { return meshes_[0].whole_bvh(); }
+  std::span<const Triangle> triangles() const { return meshes_[0].triangles(); }
   /// Returns the facts that kernels are compiled for.
   const TreeFacts& facts() const { return facts_; }
 
@@ -108,9 +107,19 @@ class DeviceTree {
   const ShearScale& shear() const { return shear_; }
 
   /// Returns the pair tree on the host, as it is uploaded. The oracles walk the one without padding. Not for forests.
-  const PairTree& pairs(NodeLayout layout, Padding padding = Padding::Ray);
+  const PairTree& pairs(NodeLayout layout, Padding padding = Padding::Ray) { return meshes_[0].pairs(layout, padding); }
   /// Returns one of these that is there, in any layout; makes one if none is.
-  const PairTree& any_pairs();
+  const PairTree& any_pairs() { return meshes_[0].any_pairs(); }
+  /// Returns such a tree of each mesh.
+  std::vector<const PairTree*> any_mesh_pairs() {
+    std::vector<const PairTree*> all;
+    for (MeshArrays& mesh : meshes_) all.push_back(&mesh.any_pairs());
+    return all;
+  }
+  /// The same as pairs(), of any mesh.
+  const PairTree& mesh_pairs(std::size_t mesh, NodeLayout layout, Padding padding) {
+    return meshes_[mesh].pairs(layout, padding);
+  }
 
   /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
@@ -122,7 +131,8 @@ class DeviceTree {
   /// Returns where the arrays are made of a kernel that reads this format and these leaves. Arrays of the device are
   /// its own pairs, what it makes of them, and vertices.
   Source source_of(TreeFormatId id, LeafFormat leaves) const {
-    return built_ && format_of(id).on_device && leaves == LeafFormat::Vertices ? Source::Device : Source::Host;
+    const bool there = !forest_ && built() && format_of(id).on_device && leaves == LeafFormat::Vertices;
+    return there ? Source::Device : Source::Host;
   }
 
   /// Returns the node pairs that a kernel reads.
@@ -134,79 +144,53 @@ class DeviceTree {
   /// Returns the leaves, which all formats share.
   const Texels& leaves(LeafFormat format, Fetch fetch, Source source = Source::Host);
 
-  /// Forests only: return the pair trees of the meshes on the host, the top-level tree with its instances, and the
-  /// table of meshes for a kernel that reads these arrays.
-  const std::vector<PairTree>& mesh_pairs(NodeLayout layout, Padding padding);
-  /// Returns such trees that are there, in any layout; makes them if none are.
-  const std::vector<PairTree>& any_mesh_pairs();
+  /// Forests only: return the top-level tree with its instances, and the table of meshes for a kernel that reads these
+  /// arrays.
   const Texels& top(Fetch fetch);
   /// Returns the top-level tree as the device has it.
   TopTree top_tree();
   const Texels& mesh_table(TreeFormatId id, const TreeAccess& access, LeafFormat leaves);
 
  private:
-  using FormatKey = std::tuple<TreeFormatId, std::uint32_t, NodeLayout, Padding, Fetch, Source>;
-  using LeavesKey = std::tuple<LeafFormat, Fetch, Source>;
-
-  using TableKey = std::tuple<TreeFormatId, std::uint32_t, NodeLayout, Padding, Fetch, LeafFormat>;
-  /// The first texel of each mesh in an array, and behind these the end of the array.
-  using Firsts = std::vector<std::uint32_t>;
-  /// The texels of all meshes.
-  struct Joined {
-    std::vector<glm::uvec4> texels;
-    Firsts firsts;
+  using TableKey = std::tuple<TreeFormatId, TreeAccess, LeafFormat>;
+  struct Table {
+    Texels texels;
+    std::uint64_t generation;
   };
 
   std::uint64_t largest_bytes() const;
-  void describe(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
-  FormatKey format_key(TreeFormatId id, const TreeAccess& access, Source source) const;
-  Joined joined(const char* name, const std::function<std::vector<glm::uvec4>(std::size_t mesh)>& part) const;
-  const Texels& forest_nodes(const FormatKey& key);
+  void describe(const TreeFacts& facts);
+  void begin_generation();
+  void exchange(std::size_t mesh, MeshTree& with);
+  float least_reach() const;
+  JoinedArray& array_of(const NodesKey& key);
+  JoinedArray& leaves_of(const LeavesKey& key);
+  std::vector<std::size_t> stale_in(const JoinedArray& array) const;
+  template <class Key>
+  void follow_host(JoinedArray& array, const Key& key);
+  void follow_pairs(JoinedArray& array, const NodesKey& key);
+  void follow_format(JoinedArray& array, const NodesKey& key);
+  std::vector<glm::uvec4> table_texels(TreeFormatId id, const TreeAccess& access, LeafFormat leaves);
   void move_on_host(std::span<const Transform> transforms);
   void move_on_device(std::span<const Transform> transforms);
   Texels room_for_top(Fetch fetch, std::size_t texels);
-  const Texels& forest_format(const FormatKey& key);
-  const Texels& forest_leaves(const LeavesKey& key);
-  const Texels& write_nodes(const FormatKey& key);
-  const Texels& device_pairs(const FormatKey& key) const;
-  const Texels& write_format(const FormatKey& key, const TreeAccess& access);
-  void write_frontier(const FormatKey& key, Texels& frontier);
-  template <class Key>
-  Texels uploaded(std::map<Key, Texels>& spare, const Key& key, std::span<const glm::uvec4> texels, const char* name);
-  const Texels& upload(const FormatKey& key, std::span<const glm::uvec4> texels, const char* name);
 
   Context& gpu_;
-  const Bvh* bvh_ = nullptr;
   Forest* forest_ = nullptr;
-  std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device
-  std::span<const Triangle> triangles_;
-  const LateVertices* late_ = nullptr;
-  std::filesystem::path cache_;  // of the first tree; empty: none
+  std::vector<MeshArrays> meshes_;
   TreeFacts facts_;
   std::uint64_t generation_ = 0;
   glm::vec3 box_origin_{0};
   float padded_reach_ = 0;
   ShearScale shear_{};
-  std::vector<Bounds> padded_boxes_;  // made on first use
-  std::map<std::pair<NodeLayout, Padding>, PairTree> pairs_;
-  std::map<FormatKey, Texels> arrays_;
-  std::map<LeavesKey, Texels> leaves_;
-  std::map<FormatKey, WideShape> shapes_;  // of wide trees that the device has written
-  std::set<FormatKey> late_formats_;       // of these, those whose pairs have moved since
-  std::map<std::pair<NodeLayout, Padding>, std::vector<PairTree>> mesh_pairs_;  // these five of forests
-  std::map<FormatKey, Firsts> firsts_;
-  std::map<LeavesKey, Firsts> leaf_firsts_;
-  std::map<TableKey, Texels> tables_;
+  std::map<NodesKey, JoinedArray> arrays_;
+  std::map<LeavesKey, JoinedArray> leaves_;
+  std::vector<JoinedArray*> refitted_;  // by the last refit()
+  std::map<TableKey, Table> tables_;    // these of forests
   std::map<Fetch, Texels> tops_;
   std::unique_ptr<TopBuilder> top_builder_;  // null unless the device holds the top-level tree
   std::optional<bool> asked_on_device_;
-  bool has_moved_ = false;
   double walked_s_ = 0;
-  // Those of the tree before moved(), whose memory is used again.
-  std::map<std::pair<NodeLayout, Padding>, PairTree> spare_pairs_;
-  std::map<FormatKey, Texels> spare_arrays_;
-  std::map<LeavesKey, Texels> spare_leaves_;
-  std::map<FormatKey, std::future<std::vector<glm::uvec4>>> coming_;  // from prepare(). They read pairs_ until they end
 };
 
 }  // namespace ballot

@@ -33,7 +33,30 @@ void DeviceTree::move_instances(std::span<const Transform> transforms) {
   else
     move_on_host(transforms);
   facts_ = forest_->facts();
-  generation_ = next_generation();
+  generation_ = next_revision();
+}
+
+void DeviceTree::exchange(std::size_t mesh, MeshTree& with) {
+  with = forest_->exchange(mesh, std::move(with));
+  if (top_builder_) top_builder_->exchanged(mesh);
+}
+
+void DeviceTree::change_mesh(std::size_t mesh, MeshTree with, bool same_shape) {
+  gpu_.finish();
+  exchange(mesh, with);
+  try {
+    move_instances(forest_->transforms());
+  } catch (...) {
+    exchange(mesh, with);
+    move_instances(forest_->transforms());
+    throw;
+  }
+  const MeshTree& now = forest_->meshes()[mesh];
+  if (same_shape)
+    meshes_[mesh].moved(now.bvh, now.triangles);
+  else
+    meshes_[mesh].replace(now.bvh, now.triangles, {});
+  padded_reach_ = least_reach();
 }
 
 void DeviceTree::move_on_host(std::span<const Transform> transforms) {

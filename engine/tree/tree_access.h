@@ -1,6 +1,8 @@
 // The way in which a kernel reads the tree on the device.
 #pragma once
 
+#include <compare>
+
 #include "engine/formats/pair.h"
 
 namespace ballot {
@@ -16,6 +18,7 @@ struct TreeAccess {
   NodeLayout layout = NodeLayout::Interleaved;
   Padding padding = Padding::Ray;
   Fetch fetch = Fetch::Storage;
+  auto operator<=>(const TreeAccess&) const = default;
 };
 
 }  // namespace ballot

@@ -22,7 +22,8 @@ void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t by
     fail(Failure::Work, "buffer '{}' needs {}, but {} of {} is {}; use a smaller scene{} or another --device", name,
          mib(bytes), limit, d.name, mib(most), fits_texels && name.starts_with("bvh ") ? ", --knob fetch=texel" : "");
   };
-  if (has(access, Access::Storage) && bytes > d.max_storage_range) refuse("maxStorageBufferRange", d.max_storage_range);
+  if (has(access, Access::Storage) && !has(access, Access::Parts) && bytes > d.max_storage_range)
+    refuse("maxStorageBufferRange", d.max_storage_range);
   if (has(access, Access::Texel) && bytes / 16 > d.max_texels) refuse("maxTexelBufferElements", d.max_texels * 16);
   // Some software drivers crash on allocations beyond their own limit instead of failing.
   if (bytes > d.max_allocation) refuse("maxMemoryAllocationSize", d.max_allocation);

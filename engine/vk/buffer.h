@@ -13,8 +13,17 @@ namespace ballot {
 /// The ways in which the device uses a buffer. Values may be combined. They decide the usage flags of the buffer and
 /// its limits. On a CPU device a storage buffer is a texel buffer too, unless it is too large for one. Indirect: holds
 /// indirect arguments. Host: lies in the host's memory, for what the host reads or writes. Exported: other interfaces
-/// can use its memory (export_fd()).
-enum class Access : std::uint32_t { Storage = 1, Texel = 2, Address = 4, Indirect = 8, Host = 16, Exported = 32 };
+/// can use its memory (export_fd()). Parts: kernels have parts of it bound (BufferPart), which alone keep the device's
+/// limit.
+enum class Access : std::uint32_t {
+  Storage = 1,
+  Texel = 2,
+  Address = 4,
+  Indirect = 8,
+  Host = 16,
+  Exported = 32,
+  Parts = 64
+};
 constexpr Access operator|(Access a, Access b) { return Access(std::uint32_t(a) | std::uint32_t(b)); }
 constexpr bool has(Access set, Access one) { return (std::uint32_t(set) & std::uint32_t(one)) != 0; }
 
@@ -81,6 +90,16 @@ class RawBuffer {
   VkBufferView view_ = VK_NULL_HANDLE;
   std::uint64_t address_ = 0;
   std::byte* mapped_ = nullptr;  // null unless the host sees the memory (CPU devices, shared memory)
+};
+
+/// A part of a buffer, as a kernel has it bound. A whole buffer is one too. Its offset is a multiple of
+/// DeviceInfo::buffer_alignment. Keeps a reference to the buffer.
+struct BufferPart {
+  BufferPart(const RawBuffer& whole) : buffer(whole), bytes(whole.bytes()) {}
+  BufferPart(const RawBuffer& of, std::uint64_t first, std::uint64_t size) : buffer(of), offset(first), bytes(size) {}
+
+  const RawBuffer& buffer;
+  std::uint64_t offset = 0, bytes;
 };
 
 /// An array of T on the device. Its destructor waits for all passes.

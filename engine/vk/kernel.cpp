@@ -52,11 +52,12 @@ Kernel::Set Kernel::create_set() {
 
 bool Kernel::wants(std::uint32_t binding) const { return bound_.contains(binding); }
 
-void Kernel::bind(std::uint32_t binding, const RawBuffer& buffer) {
+void Kernel::bind(std::uint32_t binding, const BufferPart& part) {
+  const RawBuffer& buffer = part.buffer;
   const auto found = bound_.find(binding);
   if (found == bound_.end())
     fail(Failure::Work, "kernel {} has no binding {} for buffer '{}'", name_, binding, buffer.name());
-  found->second = {buffer.id(), buffer.handle(), buffer.offset(), buffer.bytes(), buffer.view()};
+  found->second = {buffer.id(), buffer.handle(), buffer.offset() + part.offset, part.bytes, buffer.view()};
 }
 
 void Kernel::write(const Set& set) const {
@@ -80,16 +81,16 @@ void Kernel::write(const Set& set) const {
 // again, so the sets of recently used combinations are kept.
 VkDescriptorSet Kernel::set_for_bound() {
   constexpr std::size_t kKept = 8;
-  std::vector<std::uint64_t> ids;
+  std::vector<Name> names;
   for (const auto& [binding, bound] : bound_) {
     if (!bound.id) fail(Failure::Work, "kernel {} is dispatched without binding {}", name_, binding);
-    ids.push_back(bound.id);
+    names.push_back({bound.id, bound.offset, bound.bytes});
   }
-  auto set = std::ranges::find(sets_, ids, &Set::ids);
+  auto set = std::ranges::find(sets_, names, &Set::names);
   if (set == sets_.end()) {
     set = std::ranges::min_element(sets_, {}, &Set::used);
     if (sets_.size() < kKept || set->used > gpu_.ended()) set = sets_.insert(sets_.end(), create_set());
-    set->ids = std::move(ids);
+    set->names = std::move(names);
     write(*set);
   }
   set->used = gpu_.recording();

@@ -1,6 +1,7 @@
 // A kernel: a compute pipeline and the buffers that are bound to it.
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
 #include <string>
@@ -20,9 +21,9 @@ class Kernel {
   Kernel(const Kernel&) = delete;
   Kernel& operator=(const Kernel&) = delete;
 
-  /// Binds a buffer for all dispatches recorded from now on, as the type that the shader declares. Throws Error(Work)
-  /// if the shader has no such binding.
-  void bind(std::uint32_t binding, const RawBuffer& buffer);
+  /// Binds a buffer for all dispatches recorded from now on, as the type that the shader declares. Texel buffers are
+  /// bound whole. Throws Error(Work) if the shader has no such binding.
+  void bind(std::uint32_t binding, const BufferPart& part);
   /// True if the shader has this binding.
   bool wants(std::uint32_t binding) const;
 
@@ -46,19 +47,21 @@ class Kernel {
   std::uint64_t generation() const { return generation_; }
 
  private:
-  /// A buffer that is bound.
+  /// A buffer, or a part of one, that is bound.
   struct Bound {
     std::uint64_t id = 0;  // id of the buffer; 0: none
     VkBuffer buffer = VK_NULL_HANDLE;
     std::uint64_t offset = 0, bytes = 0;  // of the buffer's bytes
     VkBufferView view = VK_NULL_HANDLE;
   };
+  /// What tells bound buffers apart: id, offset and bytes.
+  using Name = std::array<std::uint64_t, 3>;
   /// A descriptor set. It is not changed while a submission that uses it has not ended.
   struct Set {
     VkDescriptorPool pool = VK_NULL_HANDLE;
     VkDescriptorSet set = VK_NULL_HANDLE;
-    std::vector<std::uint64_t> ids;  // ids of the buffers, in the order of the bindings
-    std::uint64_t used = 0;          // the last submission that uses it
+    std::vector<Name> names;  // of the buffers, in the order of the bindings
+    std::uint64_t used = 0;   // the last submission that uses it
   };
 
   Set create_set();

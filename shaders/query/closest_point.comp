@@ -276,7 +276,7 @@ void main() {
   Best best = Best(limit2, limit2, NO_HIT, 0u);
 #if BALLOT_INSTANCES
   begin_instances(live);
-  node = next_instance(p, best.reach2);
+  for (node = next_instance(p, best.reach2); node != END_OF_TREE; top = 1u, node = next_instance(p, best.reach2))
 #endif
   while (node != END_OF_TREE) {
     while (is_inner(node)) {
@@ -308,12 +308,6 @@ void main() {
       } while (stack_near[top] > best.reach2);
       node = stack[top];
     }
-#if BALLOT_INSTANCES
-    if (node == END_OF_TREE) {
-      node = next_instance(p, best.reach2);
-      top = 1u;
-    }
-#endif
   }
   if (inside) store_nearest(index, p, best, limit);
 }

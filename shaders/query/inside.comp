@@ -116,7 +116,7 @@ void main() {
 #endif
 #if BALLOT_INSTANCES
   begin_instances(live);
-  node = next_instance(record.xyz, p);
+  for (node = next_instance(record.xyz, p); node != END_OF_TREE; top = 1u, node = next_instance(record.xyz, p))
 #endif
   while (node != END_OF_TREE) {
     while (is_inner(node)) {
@@ -136,12 +136,6 @@ void main() {
       } while (i < count);
       node = stack[--top];
     }
-#if BALLOT_INSTANCES
-    if (node == END_OF_TREE) {
-      node = next_instance(record.xyz, p);
-      top = 1u;
-    }
-#endif
   }
   if (inside) {
     uint answer = crossings & 1u;

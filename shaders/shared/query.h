@@ -20,8 +20,8 @@
 #define PART_INSIDE 6u
 #define PSEUDONORMALS 6u
 
-// BIND_POINT_INSTANCES (lib/query/point_instances.glsl, whose letters these are). A header, the largest widening of a box
-// for the rounding of corners of an instance, (widening, 0, 0, 0), then for each instance
+// BIND_POINT_INSTANCES (lib/query/point_instances.glsl, whose letters these are). A header, the largest widening of a
+// box for the rounding of corners of an instance, (widening, 0, 0, 0), then for each instance
 //   (row i of M, t_i) for i = x, y, z            (row i of Q, b_i) for i = x, y, z
 //   (T_xx, T_xy, T_xz, T_yy) (T_yz, T_zz, widening of its nodes' boxes, 0)
 #define POINT_HEADER_TEXELS 1

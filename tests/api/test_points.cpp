@@ -212,16 +212,35 @@ TEST_F(Points, AScenesAnswersFollowItsVertices) {
   EXPECT_EQ(scene.count_crossings({&ray, 1})[0], 2u);
 }
 
-TEST_F(Points, ScenesOfInstancesAreRefused) {
-  const std::vector<float> place{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  const std::vector<std::uint32_t> meshes{0};
-  const ballot::Scene scene(*device_, {left_.mesh()}, {.transforms = place, .meshes = meshes});
-  const float point[] = {0, 0, 0};
-  float distance;
-  const ballot::Ray ray{{9, 0, 0}, 0, {-1, 0, 0}, 100};
-  EXPECT_THROW(scene.nearest(point, {.distances = &distance}), ballot::Error);
-  EXPECT_THROW(scene.count_crossings({&ray, 1}), ballot::Error);
-  EXPECT_THROW(scene.crossings({&ray, 1}), ballot::Error);
+// Of instances everything is asked as of moved copies. Results name the mesh and the triangle in it.
+TEST_F(Points, Instances) {
+  const std::vector<float> places{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 2, 9};
+  const std::vector<std::uint32_t> meshes{0, 1};
+  ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)}, {.transforms = places, .meshes = meshes});
+  const float points[] = {0, 0, 3, 4.5f, 0, 8, 0.5f, 0, 0};
+  float distances[3], signs[3], normals[9];
+  std::uint32_t prims[3], ids[3];
+  std::uint8_t inside[3];
+  scene.nearest(points, {.distances = distances,
+                         .prims = prims,
+                         .mesh_ids = ids,
+                         .normals = normals,
+                         .signed_distances = signs,
+                         .inside = inside});
+  EXPECT_EQ(distances[0], 2);
+  EXPECT_EQ(ids[0], 7u);
+  EXPECT_EQ(prims[0], 2u);
+  EXPECT_EQ(normals[2], 1);
+  EXPECT_EQ(ids[1], 9u);
+  EXPECT_LT(prims[1], 12u);
+  EXPECT_EQ(inside[0], 0u);
+  EXPECT_EQ(inside[1], 1u);
+  EXPECT_EQ(signs[1], -0.5f);
+  EXPECT_EQ(inside[2], 1u);
+  const ballot::Ray ray{{0.25f, 0.5f, 20}, 0, {0, 0, -1}, 100};
+  EXPECT_EQ(scene.count_crossings({&ray, 1})[0], 2u);
+  const ballot::Crossings all = scene.crossings({&ray, 1});
+  EXPECT_EQ(all.hits.size(), 2u);
 }
 
 TEST_F(Points, Crossings) {

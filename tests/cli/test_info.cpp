@@ -43,6 +43,30 @@ TEST_F(Info, ASceneWithEveryVariant) {
   expect_parts(all["command"], {"info square.glb --validate --json info.json"});
 }
 
+TEST_F(Info, MeshesWithAnyNames) {
+  std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\ng \x1b[31mred|\nf 1 2 3\n";
+  const std::string lengthy(5000, 'x');
+  obj += "g " + lengthy + "\nf 1 2 3\nf 1 2 3\n";
+  for (int i = 0; i < 25; ++i) obj += "g \xc3\xa9\xff" + std::to_string(i % 5) + "\nf 1 2 3\n";
+  write("many.obj", obj);
+  const Result info = succeed({"info", "many.obj", "--json", "info.json"});
+  expect_parts(info.out, {"27 meshes, each placed once, where it lies:\n", "\\x1b[31mred\\|", "xxxx...", "\\xff4",
+                          "(0, 0, 0) to (1, 1, 0)", "... and 7 more meshes; --json lists all"});
+  EXPECT_EQ(info.out.find('\x1b'), std::string::npos);
+  EXPECT_EQ(info.out.find(std::string(50, 'x')), std::string::npos);
+  const auto all = json("info.json");
+  EXPECT_EQ(all["materials"], nlohmann::json::array({"default"}));
+  ASSERT_EQ(all["meshes"].size(), 27u);
+  ASSERT_EQ(all["instances"].size(), 27u);
+  EXPECT_EQ(all["meshes"][1]["name"], lengthy);
+  EXPECT_EQ(all["meshes"][1]["first"], 1);
+  EXPECT_EQ(all["meshes"][1]["triangles"], 2);
+  EXPECT_EQ(all["meshes"][26]["id"], 6);
+  EXPECT_EQ(all["meshes"][26]["material"], 0);
+  EXPECT_EQ(all["instances"][26]["mesh"], 26);
+  EXPECT_EQ(all["instances"][26]["bounds"], nlohmann::json::array({{0, 0, 0}, {1, 1, 0}}));
+}
+
 TEST_F(Info, TrianglesAsNumPy) {
   square();
   succeed({"info", "square.glb", "--triangles", "triangles.npy"});

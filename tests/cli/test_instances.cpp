@@ -24,7 +24,9 @@ TEST_F(InstancesCli, CommandsTakeThem) {
       succeed({"info", "row.glb", "--instances", "keep", "--triangles", "kept.npy", "--json", "i.json"});
   expect_parts(info.out, {"scene row: 3 triangles", "3 instances of 2 meshes, which are kept once: 2 triangles",
                           "; 1 triangles move", "wrote 3 triangles"});
-  EXPECT_EQ(json("i.json")["instances"], 3);
+  expect_parts(info.out, {"2 meshes:\n", "3 instances:\n", "(-1.5, 0, 0) to (-0.5, 1, 0)"});
+  EXPECT_EQ(json("i.json")["meshes"].size(), 2u);
+  EXPECT_EQ(json("i.json")["instances"].size(), 3u);
   rays(256);
   for (const char* policy : {"keep", "copy"}) {
     succeed(

@@ -216,6 +216,42 @@ TEST_F(Points, Crossings) {
          {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--count", "--method", "packet"});
 }
 
+// A closed box that a file uses three times, turned, stretched and mirrored: kept once, it is as its copies are.
+TEST_F(Points, OfMeshesThatAreKeptOnce) {
+  GltfBuilder b;
+  std::vector<float> at;
+  for (const Triangle& t : shapes::box({0, 0, 0}, {2, 1, 1}))
+    for (const glm::vec3& v : t) at.insert(at.end(), {v.x, v.y, v.z});
+  b.mesh(b.vec3(at));
+  b.node({{"mesh", 0}});
+  b.node({{"mesh", 0}, {"translation", {4, 0, 0}}, {"scale", {-1, 2, 0.5}}});
+  b.node({{"mesh", 0}, {"translation", {0, 5, 0}}, {"rotation", {0, 0, 0.6, 0.8}}});
+  write("boxes.glb", b.glb());
+  array("points.npy", {1, 0.75f, 0.5f, 3, 1.5f, 0.25f, 0, 6, 0.5f, 9, 9, 9, -1, -1, -1}, 3);
+  for (const char* policy : {"keep", "copy"}) {
+    const std::string out = std::string(policy) + ".npy";
+    for (const char* sign : {"parity", "pseudonormal"}) {
+      const Result result = succeed({"distance", "boxes.glb", "--instances", policy, "--points", "points.npy",
+                                     "--signed", "--sign", sign, "--out", sign + out});
+      EXPECT_NE(result.out.find("5 with a triangle"), std::string::npos);
+    }
+    succeed({"inside", "boxes.glb", "--instances", policy, "--points", "points.npy", "--out", "i" + out});
+    succeed({"distance", "boxes.glb", "--instances", policy, "--grid", "9", "--out", "g" + out, "--numeric", "exact"});
+  }
+  EXPECT_EQ(read("ikeep.npy"), read("icopy.npy"));
+  for (const char* what : {"parity", "pseudonormal", "g"}) {
+    const auto kept = items<float>(std::string(what) + "keep.npy", "'<f4'"),
+               copied = items<float>(std::string(what) + "copy.npy", "'<f4'");
+    ASSERT_EQ(kept.size(), copied.size());
+    for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_NEAR(kept[i], copied[i], 2e-6f) << what << i;
+    if (*what != 'g') {
+      EXPECT_TRUE(kept[0] == -0.25f && kept[1] == -0.25f && kept[2] < 0 && kept[3] > 0 && kept[4] > 0);
+    }
+  }
+  expect_parts(succeed({"verify", "boxes.glb", "--instances", "keep", "--queries", "all", "--size", "16x16"}).out,
+               {"exact: ", "0 differ from the exact ones"});
+}
+
 // Half a box of glTF, open at x = 0, and its node mirrored: one closed box, wound alike.
 TEST_F(Points, AMirroredHalfIsWoundAlike) {
   GltfBuilder b;
@@ -233,6 +269,14 @@ TEST_F(Points, AMirroredHalfIsWoundAlike) {
     succeed({"distance", "half.glb", "--points", "points.npy", "--signed", "--sign", sign, "--out", "d.npy"});
     EXPECT_EQ(items<float>("d.npy", "'<f4'"), (std::vector<float>{-0.5f, -0.5f, 1})) << sign;
   }
+  // Kept once, each half is a mesh by itself, which is open. Its corners in the world meet those of the other.
+  const Words kept{"distance",   "half.glb", "--instances", "keep", "--points",
+                   "points.npy", "--signed", "--out",       "k.npy"};
+  refuse(2, {"the mesh is not closed: 8 of its 34 edges", "--instances copy"}, kept);
+  Words by_sides = kept;
+  by_sides.insert(by_sides.end(), {"--sign", "pseudonormal"});
+  succeed(by_sides);
+  EXPECT_EQ(items<float>("k.npy", "'<f4'"), (std::vector<float>{-0.5f, -0.5f, 1}));
   array("rays.npy", {0.5f, 0.1f, 2, 0, 0, -1, -0.5f, 0.1f, 2, 0, 0, -1}, 6);
   struct Record {
     std::uint32_t ray;

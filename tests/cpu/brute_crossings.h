@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -15,7 +16,7 @@
 namespace ballot {
 
 /// Returns the exact crossings of a ray, in order. way: -1 those from the front alone, 1 those from the back, 0 all.
-inline std::vector<std::uint32_t> crossings_of(const Ray& ray, const shapes::Triangles& triangles, int way = 0) {
+inline std::vector<std::uint32_t> crossings_of(const Ray& ray, std::span<const Triangle> triangles, int way = 0) {
   std::vector<std::pair<ExactSight, std::uint32_t>> found;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const ExactSight sight(ray, triangles[i]);
@@ -34,7 +35,7 @@ inline std::vector<std::uint32_t> crossings_of(const Ray& ray, const Forest& for
   std::vector<std::pair<float, std::uint32_t>> found;
   if (is_dead(ray)) return {};
   for (const Instance& i : forest.instances()) {
-    const std::vector<Triangle>& mesh = forest.meshes()[i.mesh].triangles;
+    const std::span<const Triangle> mesh = forest.meshes()[i.mesh].triangles;
     const Ray object = object_ray(ray, i.map);
     float last = -std::numeric_limits<float>::infinity();  // rounding must not turn the exact order round
     for (const std::uint32_t prim : crossings_of(object, mesh, i.mirrors ? -way : way)) {

@@ -7,7 +7,7 @@
 
 #include "engine/bvh/forest.h"
 #include "engine/core/error.h"
-#include "engine/oracle/forest_oracle.h"
+#include "engine/oracle/oracle.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {
@@ -141,7 +141,7 @@ TEST(Forest, OracleFindsWhatTheFlatSceneHolds) {
   const Bvh bvh = build_bvh(flat);
   const PairTree pairs = encode_pairs(bvh, flat, NodeLayout::Interleaved);
   const Oracle one(pairs);
-  const ForestOracle two(forest);
+  const Oracle two(forest);
   int hits = 0;
   for (const Ray& ray : shapes::random_rays(2000)) {
     const OracleHit a = one.nearest(ray), b = two.nearest(ray);
@@ -150,11 +150,11 @@ TEST(Forest, OracleFindsWhatTheFlatSceneHolds) {
     ++hits;
     EXPECT_NEAR(a.t, b.t, 1e-5 * std::abs(a.t) + 1e-6);
     const Hit right{float(b.t), b.prim, float(b.u), float(b.v)};
-    EXPECT_LE(int(two.judge(ray, right, Want::Nearest)), int(Verdict::Tie));
+    EXPECT_LE(int(two.judge(ray, right, b, Want::Nearest)), int(Verdict::Tie));
     Hit wrong = right;
     wrong.prim = (b.prim + 100) % std::uint32_t(forest.triangle_count());
-    EXPECT_GT(int(two.judge(ray, wrong, Want::Nearest)), int(Verdict::Tie));
-    EXPECT_EQ(two.judge(ray, {INFINITY, NO_HIT, 0, 0}, Want::Nearest), Verdict::FalseMiss);
+    EXPECT_GT(int(two.judge(ray, wrong, b, Want::Nearest)), int(Verdict::Tie));
+    EXPECT_EQ(two.judge(ray, {INFINITY, NO_HIT, 0, 0}, b, Want::Nearest), Verdict::FalseMiss);
   }
   EXPECT_GT(hits, 300);
 }

@@ -116,7 +116,8 @@ TEST(GltfKeep, MatricesThatCannotBePlacedAreCopied) {
   b.node({{"mesh", 0}, {"scale", {1e30, 1, 1}}});  // huge
   b.node({{"mesh", 0}, {"translation", {0, 0, 2}}});
   const Scene scene = b.load(kKeep);
-  EXPECT_EQ(scene.instances.placements.size(), 4u);  // three and a mesh of the three copies
+  EXPECT_EQ(scene.instances.placements.size(), 6u);
+  EXPECT_EQ(tree_layout(scene).placements.size(), 4u);  // three and a mesh of the three copies
   EXPECT_EQ(triangle_count(scene), 6u);
   ASSERT_EQ(scene.notes.size(), 1u);
   EXPECT_NE(scene.notes[0].find("3 instances were copied"), std::string::npos);
@@ -168,12 +169,16 @@ TEST(SceneInstances, WrongOnesAreRefused) {
   const auto refuse = [&](std::initializer_list<std::string_view> parts, const auto& change) {
     Scene scene = good;
     change(scene.instances);
-    expect_error(Failure::Arguments, parts, [&] { finish_scene(scene); });
+    expect_error(Failure::Arguments, parts, [&] {
+      finish_scene(scene);
+      check_spreads(scene);
+    });
   };
   refuse({"no ranges that make up its 7 triangles"}, [](SceneInstances& all) { all.first.back() = 3; });
   refuse({"no ranges"}, [](SceneInstances& all) { all.first[1] = 9; });
-  refuse({"instance 2 names mesh 3, but there are 3"}, [](SceneInstances& all) { all.placements[2].mesh = 3; });
-  refuse({"the matrix of instance 1"}, [](SceneInstances& all) { all.placements[1].transform.m[0][0] = 0; });
+  refuse({"instance 2: its mesh is number 3, but there are 3 meshes"},
+         [](SceneInstances& all) { all.placements[2].mesh = 3; });
+  refuse({"the matrix of instance 0"}, [](SceneInstances& all) { all.placements[0].transform.m[0][0] = 0; });
   refuse({"the matrix of instance 3"}, [](SceneInstances& all) { all.placements[3].transform.m[2][3] = NAN; });
 }
 

@@ -12,6 +12,7 @@
 #include "engine/oracle/crossings.h"
 #include "engine/oracle/nearest.h"
 #include "engine/query/query_judge.h"
+#include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 #include "tools/hard/hard.h"
 
@@ -132,6 +133,36 @@ TEST_P(HardPointCases, Hold) {
       EXPECT_TRUE(std::ranges::all_of(inside, [](std::uint32_t i) { return i <= 1; })) << what;
     }
   }
+}
+
+/// Returns the triangles as two meshes, of those with an even number and of the others.
+Forest in_two(const shapes::Triangles& triangles, const BuildSettings& settings) {
+  std::vector<shapes::Triangles> meshes(2);
+  for (std::size_t i = 0; i < triangles.size(); ++i) meshes[i % 2].push_back(triangles[i]);
+  const Placement placements[] = {{0, {}}, {1, {}}};
+  return Forest(std::move(meshes), placements,
+                [&](std::span<const Triangle> mesh) { return build_bvh(mesh, settings); });
+}
+
+// The same with every other triangle in a second instance, so that the nearest ones are often of both.
+TEST_P(HardPointCases, HoldInTwoInstances) {
+  const PointScene made = GetParam().make();
+  Forest forest = in_two(made.scene.triangles, made.build);
+  DeviceTree tree(*gpu_, forest);
+  PointQueries queries(*gpu_, tree);
+  const QueryJudge judge(tree);
+  for (const HardPoints& set : made.sets)
+    for (const bool exact : {false, true}) {
+      const std::size_t count = set.points.size();
+      const std::string what = fmt::format("{}, {}{}", GetParam().name, set.name, exact ? ", exact" : "");
+      std::vector<Nearest> sides(count, Nearest{{}, -1, 7, 0, 0, 7});
+      std::vector<std::uint32_t> inside(count, 7);
+      queries.nearest(set.points, sides, {.exact = exact, .sides = true});
+      queries.inside(set.points, inside, {.exact = exact});
+      expect_within(judge.nearest(set.points, sides), count, exact, what);
+      expect_within(judge.sides(set.points, sides), count, exact, what + ", sides");
+      if (exact) expect_within(judge.inside(set.points, inside), count, exact, what + ", inside");
+    }
 }
 
 // A case has a description and is generated identically each time.

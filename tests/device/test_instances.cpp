@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/oracle/forest_oracle.h"
+#include "engine/oracle/oracle.h"
 #include "tests/device/fixture.h"
 #include "tests/device/forests.h"
 
@@ -61,9 +61,10 @@ class InstanceMethods : public Instances {};
 // seconds.
 TEST_F(InstanceMethods, FindWhatTheDefinitionSays) {
   Forest forest = make_forest(three_meshes(), twelve_instances());
-  const ForestOracle oracle(forest);
+  const Oracle oracle(forest);
   const auto tracer = tracer_of(forest);
   const std::vector<Ray> rays = rays_for(forest, 700);
+  const std::vector<OracleHit> nearest = oracle.nearest(rays);
   for (const NumericMode& mode : modes_for(gpu_->info())) {
     std::vector<Hit> truth;
     for (const Want want : {Want::Nearest, Want::Any})
@@ -71,7 +72,7 @@ TEST_F(InstanceMethods, FindWhatTheDefinitionSays) {
         if (want == Want::Any && mode.name != kDefaultNumeric) continue;
         if (mode.needs_float64 && gpu_->info().is_cpu() && q.method != kPlainestMethod) continue;
         const std::vector<Hit> hits = trace(*tracer, rays, q);
-        const Judgement j = oracle.judge(rays, hits, want, judged_as(mode));
+        const Judgement j = oracle.judge(rays, hits, nearest, want, judged_as(mode));
         EXPECT_EQ(j.errors(), 0u) << tracer->variant(q).name() << "\n  " << (j.examples.empty() ? "" : j.examples[0]);
         EXPECT_GT(std::ranges::count_if(hits, [](const Hit& h) { return h.prim != NO_HIT; }), 400);
         if (!mode.conservative || want == Want::Any) continue;

@@ -210,7 +210,7 @@ TEST_F(PointInstances, FollowInstancesThatMove) {
   Forest forest = make_forest(three_meshes(), placements);
   DeviceTree tree(*gpu_, forest);
   PointQueries queries(*gpu_, tree);
-  for (int step = 0; step < 3; ++step) {
+  for (int step = 0; step < 4; ++step) {
     const std::vector<ProbePoint> points = points_by(moved_triangles(forest), 500);
     for (const PointQuery& query : kWays) {
       Forest fresh = make_forest(three_meshes(), placements);
@@ -224,6 +224,7 @@ TEST_F(PointInstances, FollowInstancesThatMove) {
       std::swap(p.transform.m[1][0], p.transform.m[2][1]);
       transforms.push_back(p.transform);
     }
+    tree.set_moves_on_device(step > 0);
     tree.move_instances(transforms);
   }
 }

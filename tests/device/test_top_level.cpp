@@ -4,7 +4,7 @@
 #include <bit>
 #include <set>
 
-#include "engine/oracle/forest_oracle.h"
+#include "engine/oracle/errors.h"
 #include "tests/device/fixture.h"
 #include "tests/device/forests.h"
 
@@ -243,8 +243,8 @@ TEST_F(TopLevel, ExactModeHasNoWrongAnswerAfterARefit) {
   for (Transform& t : transforms) t.m[0][3] += 0.02f;
   tracer->move_instances(transforms);
   const std::vector<Ray> rays = rays_for(forest, 500);
-  const ForestExact exact(forest);
-  const ForestOracle bound(forest);
+  const ExactOracle exact(forest);
+  const Oracle bound(forest);
   const auto hits = trace(*tracer, rays, {.method = "while-while", .numeric = "exact"});
   const ErrorFigures figures =
       error_figures(exact, bound, rays, hits, exact.nearest(rays), Want::Nearest, Arithmetic::Exact, 3);

@@ -17,7 +17,8 @@ std::vector<std::string> obj_seeds() {
       corners + "s 1\nf 1 2 4 3\ns off\ng x\no y\nusemtl b\nf 1/1/1 2/1/1 \\\n 4/1/1\n" + materials,
       "\xEF\xBB\xBFmtllib m.mtl\rusemtl a\rv 0 0 0\rv 1 0 0\rv 0 1 0\rv 1 1 0\rvt 0 1\rfo 1/1 2/-1 3/0 3 4 1 2\rl 1 2\r"
       "\0newmtl a\rTr 1\rKd xyz 1 1 1\rmap_Kd -s 1 2 -clamp on p.png\rmap_d x\rnewmtl a\rKd 0.5\rKd spectral x\r"s,
-      "v 1e38 -1e38 0x1p3\nv nan 0 0\nf 1 2 2147483647\n"};
+      "v 1e38 -1e38 0x1p3\nv nan 0 0\nf 1 2 2147483647\n",
+      corners + "f 1 2 3\ng a b\nf 1 2 3\no c#d # e\nf 1 2 4 3\ng\nf 1 2 3\ng a b\nf 1 2 3\ng none\n"};
 }
 
 std::vector<std::string> obj_words() {
@@ -25,7 +26,7 @@ std::vector<std::string> obj_words() {
           "s on\n",       "newmtl ",  "Kd ",   "Ke ",        "Tr ",         "Tf ",     "Ni ",
           "-1",           "//",       "1e400", "2147483648", "-2147483649", "\\\n",    "map_Kd -o 1 2 3 ",
           "\xEF\xBB\xBF", "\xFF\xFE", "\r",    "fo ",        "p.png",       "xyz ",    "spectral ",
-          "\r\n",         "#"};
+          "\r\n",         "#",        "g ",    "o "};
 }
 
 /// Returns a TGA of one white pixel: readers of textures tell formats by their content.

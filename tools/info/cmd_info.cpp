@@ -1,5 +1,6 @@
 #include "tools/bench/markdown.h"
 #include "tools/info/feature_table.h"
+#include "tools/info/mesh_table.h"
 #include "tools/program/help.h"
 #include "tools/render/light.h"
 
@@ -172,7 +173,7 @@ int run_info(InfoArgs& args) {
     Opened opened = open_scene(
         args.engine, {}, [&](Scene& s) { args.light.apply(s, {&s.views[0]}, ""); }, args.statistics);
     print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
-    json["instances"] = opened.engine->scene().instances.placements.size();
+    json.update(print_meshes(opened.engine->scene(), !args.engine.json.empty()));
     json["animations"] = print_animations(opened.engine->scene());
     print_bvh(opened.engine->bvh_stats(), opened.engine->forest() != nullptr);
     const nlohmann::json header = record_header(*opened.engine, opened.load_s);

@@ -112,8 +112,9 @@ void need_closed(Engine& engine, const PointArgs& args) {
     fail(Failure::Arguments,
          "{}: the mesh is not closed: {} of its {} edges belong to an odd number of triangles; `ballot check {}` lists "
          "some; `ballot distance --signed --sign pseudonormal` takes the side of the nearest triangle instead; "
-         "--assume-closed goes on, and answers near the gaps are then arbitrary",
-         scene, t.open, t.edges, shell_word(scene));
+         "{}--assume-closed goes on, and answers near the gaps are then arbitrary",
+         scene, t.open, t.edges, shell_word(scene),
+         engine.forest() ? "--instances copy joins meshes that are closed together; " : "");
 }
 
 /// Prints what was done.

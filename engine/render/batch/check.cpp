@@ -19,29 +19,24 @@ bool untouched(const Hit& hit) {
   return std::memcmp(&hit, &pattern, sizeof hit) == 0;
 }
 
-}  // namespace
-
-HitChecker::HitChecker(Tracer& tracer, Batches& batches) : batches_(batches) {
-  if (const Forest* forest = tracer.tree().forest()) {
-    forest_oracle_.emplace(*forest);
-    forest_exact_.emplace(*forest);
-  } else {
-    oracle_.emplace(tracer.pair_tree(NodeLayout::Interleaved));
-    exact_.emplace(tracer.pair_tree(NodeLayout::Interleaved), tracer.tree().triangles());
-  }
+OracleScene scene_of(Tracer& tracer) {
+  if (const Forest* forest = tracer.tree().forest()) return *forest;
+  return {tracer.pair_tree(NodeLayout::Interleaved), tracer.tree().triangles()};
 }
 
-ExactCounts HitChecker::counts() const { return forest_exact_ ? forest_exact_->counts() : exact_->counts(); }
+}  // namespace
+
+HitChecker::HitChecker(Tracer& tracer, Batches& batches)
+    : batches_(batches), oracle_(scene_of(tracer)), exact_(oracle_.scene()) {}
 
 std::optional<Triangle> HitChecker::triangle(std::uint32_t prim) const {
-  if (!forest_exact_) return exact_->triangle(prim);
-  const Forest& forest = forest_exact_->forest();
-  return forest.triangle(forest.place_of(prim));
+  const Forest* forest = exact_.scene().forest();
+  return forest ? forest->triangle(forest->place_of(prim)) : exact_.triangle(prim);
 }
 
 Truth HitChecker::truth(const RayBatch& batch) const {
   Truth truth{batch.rays(), {}};
-  truth.hits = forest_oracle_ ? forest_oracle_->nearest(truth.rays) : oracle_->nearest(truth.rays);
+  truth.hits = oracle_.nearest(truth.rays);
   return truth;
 }
 
@@ -54,27 +49,24 @@ std::vector<Hit> HitChecker::trace_over_pattern(RayBatch& batch, const Query& qu
 HitCheck HitChecker::check(RayBatch& batch, const Truth& truth, const Query& query) const {
   const std::vector<Hit> hits = trace_over_pattern(batch, query);
   const Arithmetic as = judged_as(find_numeric(query.numeric));
-  return {forest_oracle_ ? forest_oracle_->judge(truth.rays, hits, batch.want(), as)
-                         : oracle_->judge(truth.rays, hits, truth.hits, batch.want(), as),
+  return {oracle_.judge(truth.rays, hits, truth.hits, batch.want(), as),
           std::uint64_t(std::ranges::count_if(hits, untouched))};
 }
 
 ExactTruth HitChecker::exact_truth(const RayBatch& batch, const Progress& progress) const {
   ExactTruth truth{batch.rays(), {}, {}, 0};
-  const ExactCounts before = counts();
+  const ExactCounts before = exact_.counts();
   const Timer timer;
-  truth.hits = forest_exact_ ? forest_exact_->nearest(truth.rays, progress) : exact_->nearest(truth.rays, progress);
+  truth.hits = exact_.nearest(truth.rays, progress);
   truth.seconds = timer.seconds();
-  truth.counts = counts() - before;
+  truth.counts = exact_.counts() - before;
   return truth;
 }
 
 ErrorFigures HitChecker::judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,
                                const Query& query, std::size_t max_cases) const {
   const Arithmetic as = find_numeric(query.numeric).arithmetic;
-  if (forest_exact_)
-    return error_figures(*forest_exact_, *forest_oracle_, rays, answers, truth.hits, query.want, as, max_cases);
-  return error_figures(*exact_, *oracle_, rays, answers, truth.hits, query.want, as, max_cases);
+  return error_figures(exact_, oracle_, rays, answers, truth.hits, query.want, as, max_cases);
 }
 
 ErrorFigures HitChecker::verify(RayBatch& batch, const ExactTruth& truth, const Query& query,

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "engine/oracle/errors.h"
-#include "engine/oracle/forest_oracle.h"
 #include "engine/oracle/oracle.h"
 #include "engine/render/batch/batch.h"
 
@@ -36,7 +35,7 @@ struct ExactTruth {
 /// device; the oracles themselves run on all cores.
 class HitChecker {
  public:
-  /// Keeps references to both arguments. A forest has oracles of its own (engine/oracle/forest_oracle.h).
+  /// Keeps references to both arguments.
   HitChecker(Tracer& tracer, Batches& batches);
 
   /// The double-precision oracle's hit of every ray (engine/oracle/oracle.h).
@@ -59,14 +58,11 @@ class HitChecker {
  private:
   std::vector<Hit> trace_over_pattern(RayBatch& batch, const Query& query) const;
 
-  ExactCounts counts() const;
   std::optional<Triangle> triangle(std::uint32_t prim) const;
 
   Batches& batches_;
-  std::optional<Oracle> oracle_;  // of a single tree, as the next one
-  std::optional<ExactOracle> exact_;
-  std::optional<ForestOracle> forest_oracle_;
-  std::optional<ForestExact> forest_exact_;
+  Oracle oracle_;
+  ExactOracle exact_;
 };
 
 }  // namespace ballot

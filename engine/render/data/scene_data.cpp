@@ -31,7 +31,7 @@ std::vector<glm::uvec4> texels_of(std::span<const Corners> items, std::span<cons
 
 /// Returns the contents of BIND_INSTANCES.
 std::vector<glm::uvec4> instance_texels(const Scene& scene) {
-  const SceneInstances& all = scene.instances;
+  const TreeLayout all = tree_layout(scene);
   std::vector<glm::uvec4> texels(PLACED_TEXELS);
   texels[0].x = std::uint32_t(all.placements.size());
   std::uint32_t first = 0;
@@ -39,7 +39,7 @@ std::vector<glm::uvec4> instance_texels(const Scene& scene) {
     const auto spread = std::bit_cast<std::uint32_t>(std::nextafter(float(spread_of(p.transform)), INFINITY));
     texels.push_back({first, std::uint32_t(all.first[p.mesh]) - first, spread, 0});
     for (const auto& row : p.transform.m) texels.push_back(std::bit_cast<glm::uvec4>(row));
-    first += std::uint32_t(all.triangles_of(p.mesh));
+    first += std::uint32_t(all.first[p.mesh + 1] - all.first[p.mesh]);
   }
   return texels;
 }
@@ -148,7 +148,11 @@ void SceneData::bind(Kernel& kernel) {
     if (scene_.normals.empty()) return std::vector<glm::uvec4>(3 * scene_.triangles.size());
     return texels_of(std::span<const std::array<glm::vec3, 3>>(scene_.normals), {});
   });
-  bind_made(kernel, BIND_INSTANCES, instances_, Access::Texel, "instances", [&] { return instance_texels(scene_); });
+  bind_made(kernel, BIND_INSTANCES, instances_, Access::Texel, "instances", [&] {
+    late_.bring();
+    check_spreads(scene_);
+    return instance_texels(scene_);
+  });
   bind_made(kernel, BIND_COLORS, colors_, array_access(false), "colours of vertices", [&] {
     constexpr std::uint32_t kOnes = 0x3C003C00;  // two halves
     if (scene_.colors.empty()) return std::vector<glm::uvec4>(2 * scene_.triangles.size(), glm::uvec4(kOnes));

@@ -118,7 +118,7 @@ bool DeviceBuild::end_refit() {
 
 WideEncoder& DeviceBuild::encoder(TreeFormatId id) { return encoders_.try_emplace(id, gpu_, id).first->second; }
 
-WideShape DeviceBuild::collapse(TreeFormatId id, const Buffer<glm::uvec4>& pairs) {
+WideShape DeviceBuild::collapse(TreeFormatId id, const BufferPart& pairs) {
   const glm::vec3 sides = built_.bounds.hi - built_.bounds.lo;
   return encoder(id).collapse(pairs, built_.pairs, std::max({sides.x, sides.y, sides.z}));
 }

@@ -43,11 +43,10 @@ class DeviceBuild {
   void rebuild();
 
   /// Write the device arrays (DeviceBuilder::write, write_frontier).
-  void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves) {
+  void write(NodeLayout layout, Padding padding, const BufferPart& pairs, const BufferPart& leaves) {
     builder_.write(layout, padding, pairs, leaves);
   }
-  void write_frontier(NodeLayout layout, const Buffer<glm::uvec4>& pairs, std::uint32_t nodes,
-                      Buffer<glm::uvec4>& frontier) {
+  void write_frontier(NodeLayout layout, const BufferPart& pairs, std::uint32_t nodes, const BufferPart& frontier) {
     builder_.write_frontier(layout, pairs, nodes, frontier);
   }
   const DeviceBuilder& builder() const { return builder_; }
@@ -55,7 +54,7 @@ class DeviceBuild {
   /// Returns the encoder of a collapsed format, which takes pairs that write() has written.
   WideEncoder& encoder(TreeFormatId id);
   /// Collapses pairs (WideEncoder::collapse). The tree must not be empty.
-  WideShape collapse(TreeFormatId id, const Buffer<glm::uvec4>& pairs);
+  WideShape collapse(TreeFormatId id, const BufferPart& pairs);
 
  private:
   PairTree download();

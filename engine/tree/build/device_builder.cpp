@@ -227,7 +227,7 @@ const BuiltTree& DeviceBuilder::build(const RawBuffer& triangles, std::uint32_t 
   return built_;
 }
 
-void DeviceBuilder::write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves) {
+void DeviceBuilder::write(NodeLayout layout, Padding padding, const BufferPart& pairs, const BufferPart& leaves) {
   if (built_.proper == 0) return;
   Memory& m = *memory_;
   std::unique_ptr<Kernel>& kernel = kernels_->write[{layout, padding}];
@@ -245,8 +245,8 @@ void DeviceBuilder::write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>
                WritePush{built_.triangles}, "write", write_ms_);
 }
 
-void DeviceBuilder::write_frontier(NodeLayout layout, const Buffer<glm::uvec4>& pairs, std::uint32_t nodes,
-                                   Buffer<glm::uvec4>& frontier) {
+void DeviceBuilder::write_frontier(NodeLayout layout, const BufferPart& pairs, std::uint32_t nodes,
+                                   const BufferPart& frontier) {
   if (!kernels_) reserve(1);  // nothing was built: the frontier is empty
   std::unique_ptr<Kernel>& kernel = kernels_->frontier[layout];
   if (!kernel) kernel = std::make_unique<Kernel>(gpu_, frontier_source(gpu_.info(), layout));

@@ -70,14 +70,13 @@ class DeviceBuilder {
   /// Returns the tree of the last build() or refit.
   const BuiltTree& built() const { return built_; }
 
-  /// Writes the tree of the last build() or refit: pairs in a layout, and leaves of LeafFormat::Vertices. The buffers
+  /// Writes the tree of the last build() or refit: pairs in a layout, and leaves of LeafFormat::Vertices. The parts
   /// hold at least pairs * PAIR_TEXELS and leaf_texels texels, and can be written by kernels.
-  void write(NodeLayout layout, Padding padding, Buffer<glm::uvec4>& pairs, Buffer<glm::uvec4>& leaves);
+  void write(NodeLayout layout, Padding padding, const BufferPart& pairs, const BufferPart& leaves);
 
   /// Writes the frontier of pairs that write() has written in a layout: `nodes` nodes for each octant, 64 at most, in
   /// FRONTIER_OCTANTS * 2 * nodes texels that can be written by kernels.
-  void write_frontier(NodeLayout layout, const Buffer<glm::uvec4>& pairs, std::uint32_t nodes,
-                      Buffer<glm::uvec4>& frontier);
+  void write_frontier(NodeLayout layout, const BufferPart& pairs, std::uint32_t nodes, const BufferPart& frontier);
 
   /// Returns the bits of Morton codes that triangles are sorted by: a multiple of 8.
   static std::uint32_t code_bits(std::uint32_t triangles);

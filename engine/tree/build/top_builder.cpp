@@ -20,13 +20,9 @@ std::vector<glm::uvec2> parts_of(const Forest& forest) {
   return parts;
 }
 
-std::vector<MeshExtent> extents_of(const Forest& forest) {
-  std::vector<MeshExtent> all;
-  for (const MeshTree& mesh : forest.meshes()) {
-    const MeshExtents& e = mesh.extents;
-    all.push_back({e.bounds.lo, e.bounds.hi, e.largest_triangle, e.empty ? 1u : 0u});
-  }
-  return all;
+MeshExtent extent_of(const MeshTree& mesh) {
+  const MeshExtents& e = mesh.extents;
+  return {e.bounds.lo, e.bounds.hi, e.largest_triangle, e.empty ? 1u : 0u};
 }
 
 double sum_of(const PassMs& passes) {
@@ -48,8 +44,27 @@ TopBuilder::TopBuilder(Context& gpu, const Forest& forest)
       parts_(gpu, forest.size(), Access::Storage, "parts of instances"),
       meshes_(gpu, forest.meshes().size(), Access::Storage, "extents of meshes") {
   parts_.upload(parts_of(forest));
-  meshes_.upload(extents_of(forest));
-  while (only_ < count() && forest.meshes()[forest.mesh_of(only_)].extents.empty) ++only_;
+  std::vector<MeshExtent> extents;
+  for (const MeshTree& mesh : forest.meshes()) {
+    extents.push_back(extent_of(mesh));
+    empty_.push_back(mesh.extents.empty);
+  }
+  meshes_.upload(extents);
+  find_first();
+}
+
+void TopBuilder::find_first() {
+  for (only_ = 0; only_ < count() && empty_[forest_.mesh_of(only_)];) ++only_;
+}
+
+void TopBuilder::exchanged(std::size_t mesh) {
+  const MeshTree& now = forest_.meshes()[mesh];
+  const MeshExtent extent = extent_of(now);
+  meshes_.upload(std::span(&extent, 1), mesh);
+  if (empty_[mesh] == now.extents.empty) return;
+  empty_[mesh] = now.extents.empty;
+  built_ = false;
+  find_first();
 }
 
 void TopBuilder::record_place(Texels& top) {

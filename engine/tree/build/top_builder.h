@@ -30,6 +30,8 @@ class TopBuilder {
   /// buffers then hold the tree that they held before, of the forest's transforms, or nothing at the first call. Throws
   /// Error(Work) if the device fails.
   TopFacts move(std::span<const Transform> transforms, std::span<Texels* const> tops);
+  /// Takes another mesh of the forest in the place of one. move() must follow.
+  void exchanged(std::size_t mesh);
   /// Writes the tree of the last move() into another buffer.
   void write(Texels& top);
 
@@ -44,6 +46,7 @@ class TopBuilder {
   void build(Texels& top);
   [[noreturn]] void refuse(std::span<const Transform> transforms, std::uint32_t first) const;
   std::uint32_t root() const;
+  void find_first();
   std::uint32_t count() const { return std::uint32_t(forest_.size()); }
 
   Context& gpu_;
@@ -54,7 +57,8 @@ class TopBuilder {
   Buffer<Transform> transforms_, sent_;  // the second in memory of the host, if the first is not
   Buffer<glm::uvec2> parts_;
   Buffer<MeshExtent> meshes_;
-  std::uint32_t only_ = 0;  // the first instance that can be hit
+  std::vector<bool> empty_;  // of each mesh: it cannot be hit
+  std::uint32_t only_ = 0;   // the first instance that can be hit
   bool built_ = false;
   double built_cost_ = 0;
 };

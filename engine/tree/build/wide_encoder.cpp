@@ -63,7 +63,7 @@ std::uint32_t WideEncoder::groups(std::uint32_t count) const {
   return std::min(groups_of(count, group), gpu_.info().max_group_count_x);
 }
 
-WideShape WideEncoder::collapse(const RawBuffer& pairs, std::uint32_t count, float longest) {
+WideShape WideEncoder::collapse(const BufferPart& pairs, std::uint32_t count, float longest) {
   collapse_ms_.clear();
   if (!kernels_) kernels_ = std::make_unique<Kernels>(gpu_, format_);
   if (!memory_ || memory_->most < count) {
@@ -89,7 +89,7 @@ WideShape WideEncoder::collapse(const RawBuffer& pairs, std::uint32_t count, flo
   return shape;
 }
 
-void WideEncoder::record(const RawBuffer& pairs, std::uint32_t count, float longest, WideShape& shape) {
+void WideEncoder::record(const BufferPart& pairs, std::uint32_t count, float longest, WideShape& shape) {
   Memory& m = *memory_;
   Kernels& k = *kernels_;
   for (Kernel* kernel : {&k.begin, &k.plan, &k.nodes, &k.number}) kernel->bind(BIND_BUILD_PAIRS, pairs);
@@ -125,7 +125,7 @@ void WideEncoder::record_places(std::uint32_t count, WideShape& shape) {
   record_build(gpu_, k.places, push.blocks, push, "places", collapse_ms_);
 }
 
-void WideEncoder::write(const WideShape& shape, const RawBuffer& pairs, Buffer<glm::uvec4>& texels) {
+void WideEncoder::write(const WideShape& shape, const BufferPart& pairs, const BufferPart& texels) {
   write_ms_.clear();
   Kernel& encode = kernels_->encode;
   encode.bind(BIND_BUILD_PAIRS, pairs);

@@ -32,15 +32,15 @@ class WideEncoder {
   /// Returns the shape of the wide tree of `count` pairs, at least one, in NodeLayout::Interleaved. `longest` is the
   /// longest side of the scene, or near it. Waits for the device, as the size of the tree is not known before. Throws
   /// Error(Work) if the tree has more nodes than its references can number, or the device has no room or fails.
-  WideShape collapse(const RawBuffer& pairs, std::uint32_t count, float longest);
+  WideShape collapse(const BufferPart& pairs, std::uint32_t count, float longest);
 
   /// Returns the texels of a tree of this shape.
   std::size_t texels(const WideShape& shape) const {
     return std::size_t(shape.nodes) * format_.node_texels + (has_lists() ? shape.list_texels : 0);
   }
 
-  /// Writes the tree with the boxes that the pairs have now, to a buffer of texels(shape) texels with Access::Storage.
-  void write(const WideShape& shape, const RawBuffer& pairs, Buffer<glm::uvec4>& texels);
+  /// Writes the tree with the boxes that the pairs have now, to a part of texels(shape) texels with Access::Storage.
+  void write(const WideShape& shape, const BufferPart& pairs, const BufferPart& texels);
 
   /// Device milliseconds of the last collapse() and of the last write(). Call it when they have ended.
   const PassMs& collapse_ms() const { return collapse_ms_; }
@@ -50,7 +50,7 @@ class WideEncoder {
   struct Memory;
   struct Kernels;
   bool has_lists() const { return format_.id == TreeFormatId::Bvh8; }
-  void record(const RawBuffer& pairs, std::uint32_t count, float longest, WideShape& shape);
+  void record(const BufferPart& pairs, std::uint32_t count, float longest, WideShape& shape);
   void record_places(std::uint32_t count, WideShape& shape);
   std::uint32_t groups(std::uint32_t count) const;
 

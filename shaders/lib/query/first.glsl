@@ -7,8 +7,8 @@
 // BALLOT_EXACT: the reach is made of the largest t that crossings may have; one is listed if the smallest that it may
 // have is within the reach. A ray is UNSURE if a crossing within the reach is open.
 //
-// BALLOT_INSTANCES: t and the reach, which is `best.t`, are on the scale of `world`; the walk of a mesh has the reach on
-// its own scale besides. Mode exact orders crossings of two instances by t as reported, which is off by 2^-24 + 2^-30
+// BALLOT_INSTANCES: t and the reach, `best.t`, are on the scale of `world`; the walk of a mesh has the reach on its own
+// scale besides. Mode exact orders crossings of two instances by t as reported, which is off by 2^-24 + 2^-30
 // of it. What is left out still comes behind the first crossings: its t is not below the reach, and theirs are below it
 // by more than 8 * 2^-24 of themselves (lib/query/sure.glsl takes 32 * 2^-24 of the depth and proves 23 * 2^-24).
 //

@@ -4,18 +4,18 @@
 // The definition. A point is inside if it is so of an odd number of instances. It is inside of an instance if its
 // object-space point P'_i = (a_i0 (P_0 - t_0) + a_i1 (P_1 - t_1)) + a_i2 (P_2 - t_2) lies within the bounds of the mesh
 // and the ray from P' along the mesh's x crosses the mesh an odd number of times. The map is that of rays
-// (lib/tree/instances.glsl); in mode exact, too, P' is this float32 point. A closed mesh has no inside beyond its bounds,
-// so only one with open edges is answered otherwise than by the ray alone.
+// (lib/tree/instances.glsl); in mode exact, too, P' is this float32 point. A closed mesh has no inside beyond its
+// bounds, so only one with open edges is answered otherwise than by the ray alone.
 //
-// The bound. With w = 2^-24 and K = |M| |A| (engine/bvh/instance.cpp), P' is the exact image of a point that lies within
-// 5.1 w sum_j K_kj |P_j - t_j| of P along each axis k; call the length of this e. Let s be the factor by which M makes
-// lengths longer at most. So by the bound of inside.comp the answer for a closed mesh is right unless P is nearer to its
-// moved surface than e + 16 w s M', with M' the largest distance, in the mesh's space, of a vertex of a triangle that
-// near.
+// The bound. With w = 2^-24 and K = |M| |A| (engine/bvh/instance.cpp), P' is the exact image of a point that lies
+// within 5.1 w sum_j K_kj |P_j - t_j| of P along each axis k; call the length of this e. Let s be the factor by which M
+// makes lengths longer at most. So by the bound of inside.comp the answer for a closed mesh is right unless P is nearer
+// to its moved surface than e + 16 w s M', with M' the largest distance, in the mesh's space, of a vertex of a triangle
+// that near.
 //
-// The boxes. If P' lies within the bounds of the mesh, the exact map puts it into the box B that instance.cpp widens, and
-// there P is off by the 5.1 w sum_j K_kj |P_j - t_j| that is counted for the origin of a ray. So the box test of a ray
-// at t = 0 holds P, and so do the boxes above.
+// The boxes. If P' lies within the bounds of the mesh, the exact map puts it into the box B that instance.cpp widens,
+// and there P is off by the 5.1 w sum_j K_kj |P_j - t_j| that is counted for the origin of a ray. So the box test of a
+// ray at t = 0 holds P, and so do the boxes above.
 #include "../tree/meshes.glsl"
 
 // Returns true if a box of the top-level tree may hold the point.

@@ -16,6 +16,9 @@
 // reported, at equal t in that of the numbers; in mode exact those of one instance are in their exact order. A
 // triangle's front is the side from which its moved vertices run counter-clockwise: a matrix that mirrors turns it.
 //
+// Closest points and the inside test have definitions of their own: lib/query/point_instances.glsl and
+// inside_instances.glsl.
+//
 // The walk. Methods whose lanes stay together (packets, frontier) walk the top-level tree together too: they enter an
 // instance if any lane wants it. With other methods each ray walks by itself, from one instance to its next.
 //

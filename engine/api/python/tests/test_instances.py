@@ -98,8 +98,25 @@ class Instances(unittest.TestCase):
                 ballot.Scene(meshes=[CUBE], instances=instances, instance_meshes=meshes)
         with self.assertRaisesRegex(ValueError, "packet-wide: it has no kernel for scenes with instances"):
             self.scene.trace(down((0, 0)), method="packet-wide")
-        with self.assertRaisesRegex(ValueError, "the scene is one of instances"):
-            self.scene.make_rays(kind="primary")
+
+    def test_shears_beyond_what_rays_from_surfaces_take(self):
+        sheared = np.eye(4)[None, :3].copy()
+        sheared[0, 0, 1] = 100
+        scene = ballot.Scene(meshes=[CUBE], instances=sheared)
+        self.assertEqual(len(scene.make_rays(kind="primary", width=8, height=8)), 64)
+        with self.assertRaisesRegex(ValueError, "matrix of instance 0 .* multiplies rounding errors by 1.02e"):
+            scene.make_rays(kind="ao", width=8, height=8)
+
+    def test_pictures_and_updates(self):
+        scene = ballot.Scene(meshes=[CUBE], instances=[at(0, 0, 0), at(2, 0, 0)])
+        self.assertGreater(scene.render(width=16, height=16)[..., 3].sum(), 0)
+        before = scene.trace(down((0, 0), (2, 0)))
+        vertices = np.array(CUBE[0], np.float32)
+        vertices[:, 2] += 1
+        scene.update(0, vertices)
+        again = scene.trace(down((0, 0), (2, 0)))
+        np.testing.assert_array_equal(again["t"], before["t"] - 1)
+        np.testing.assert_array_equal(pickle.loads(pickle.dumps(scene)).trace(down((0, 0), (2, 0))), again)
 
 
 if __name__ == "__main__":
