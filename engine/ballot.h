@@ -61,6 +61,7 @@
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
 #include "engine/trace/tracer.h"
+#include "engine/tree/indexed_triangles.h"
 #include "engine/tree/posed_triangles.h"
 #include "engine/vk/context.h"
 
@@ -164,7 +165,15 @@ class Engine {
   /// Batches and films of before end all the same.
   void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
 
-  /// The same for one mesh of a scene with instances: its own tree follows, and the tree over the instances; all else
+  /// Returns true if set_vertices() can be called: the tree of a scene without instances and animation was built on a
+  /// device that can tell which triangles have an area.
+  bool takes_vertices() const;
+  /// Moves the vertices of a mesh as move() moves triangles; the device makes its triangles of them, and the host's
+  /// follow once they are asked for. Returns false, and leaves the scene as it was, if a coordinate is not finite or
+  /// beyond +-1e12. Throws as move() does.
+  bool set_vertices(const MovedVertices& mesh, UpdateMode mode = UpdateMode::Auto);
+
+  /// The same as move() for one mesh of a scene with instances: its own tree follows, and the tree over the instances; all else
   /// stays. `triangles` are in the mesh's space.
   void move_mesh(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
 
@@ -307,12 +316,13 @@ class Engine {
   Bvh follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area);
   void end_update(const Timer& timer);
   bool rebuild_meshes();
+  Bounds bounds_with(std::size_t first, const Bounds& bounds);
   Pose pose(const AnimationClip& clip, double seconds);
   void set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool poses_there() const;
   void make_posed();
-  void follow_there(const Bounds& bounds, UpdateMode mode);
+  void follow_there(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode);
   void bring_back(const AnimationClip& clip, double seconds);
 
   Scene scene_;
@@ -335,12 +345,14 @@ class Engine {
   std::unique_ptr<PointQueries> points_;  // made on first use
   std::unique_ptr<RayQueries> rays_;
   std::unique_ptr<Topology> topology_;
-  std::unique_ptr<DevicePoser> poser_;     // made on first use
-  Pose spare_pose_;                        // of the last set_time() on the host, whose memory serves again
-  std::unique_ptr<PosedTriangles> posed_;  // made on first use; null after triangles have moved otherwise
-  std::unique_ptr<Engine> near_zero_;      // renders a scene far from the origin; made on first use
-  std::unique_ptr<LiveImage> live_;        // made on first use
-  std::unique_ptr<HitChecker> checker_;    // made on first use
+  std::unique_ptr<DevicePoser> poser_;         // made on first use
+  Pose spare_pose_;                            // of the last set_time() on the host, whose memory serves again
+  std::unique_ptr<PosedTriangles> posed_;      // made on first use; null after triangles have moved otherwise
+  std::unique_ptr<IndexedTriangles> indexed_;  // the same of set_vertices()
+  std::vector<Bounds> mesh_bounds_;            // of each mesh of a flat scene, from the first set_vertices() on
+  std::unique_ptr<Engine> near_zero_;          // renders a scene far from the origin; made on first use
+  std::unique_ptr<LiveImage> live_;            // made on first use
+  std::unique_ptr<HitChecker> checker_;        // made on first use
 };
 
 /// Returns the commit that this library was built from, or "unknown".

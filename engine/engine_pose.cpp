@@ -78,7 +78,7 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
   if (!bounds) return false;
   const double pose_s = timer.seconds();
   begin_update();
-  follow_there(*bounds, mode);
+  follow_there(posed_->triangles(), *bounds, mode);
   const double tree_s = timer.seconds() - pose_s;
   scene_.bounds = *bounds;
   scene_.lights = std::move(carried.lights);
@@ -100,12 +100,12 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
   return true;
 }
 
-/// Has the tree follow the triangles that were posed last.
-void Engine::follow_there(const Bounds& bounds, UpdateMode mode) {
+/// Has the tree follow triangles on the device, which it takes in exchange for those of before.
+void Engine::follow_there(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode) {
   Timer timer;
   DeviceTree& tree = tracer_->tree();
   const std::shared_ptr<DeviceBuild> built = tree.built();
-  built->swap_triangles(posed_->triangles());
+  built->swap_triangles(triangles);
   update_.refitted = policies_[0].wants_refit(mode) && tree.refit(bounds);
   if (update_.refitted) {
     policies_[0].refitted(timer.seconds(), built->summary().stats.sah);
@@ -116,7 +116,7 @@ void Engine::follow_there(const Bounds& bounds, UpdateMode mode) {
     try {
       built->rebuild();
     } catch (const Error&) {
-      built->swap_triangles(posed_->triangles());
+      built->swap_triangles(triangles);
       built->rebuild();
       adopt({built->summary(), built});
       throw;

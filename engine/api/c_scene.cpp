@@ -1,6 +1,7 @@
 // Scenes of the C interface: made of meshes in memory, loaded, moved, described.
 #include "engine/api/arrays.h"
 #include "engine/api/meshes.h"
+#include "engine/core/parallel.h"
 
 namespace ballot::api {
 namespace {
@@ -9,6 +10,21 @@ void check_same_vertices(const MeshState& mesh, std::size_t count, const std::st
   if (count != mesh.vertices)
     refuse(fmt::format("{}: {} vertices, but the mesh was made with {}; make a new scene for another mesh", where,
                        count, mesh.vertices));
+}
+
+/// Moves the vertices of a mesh on the device, which checks them.
+void move_there(SceneState& state, const MeshState& m, const float* positions, std::size_t stride,
+                const std::string& where) {
+  const bool dense = stride == sizeof(glm::vec3);
+  std::vector<glm::vec3> gathered(dense ? 0 : m.vertices);
+  const char* from = reinterpret_cast<const char*>(positions);
+  ballot::for_chunks(gathered.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) std::memcpy(&gathered[i], from + i * stride, sizeof(glm::vec3));
+  });
+  const std::span<const glm::vec3> all{dense ? reinterpret_cast<const glm::vec3*>(positions) : gathered.data(),
+                                       m.vertices};
+  if (!state.engine->set_vertices({m.first, m.triangles, m.indices, all}, state.update))
+    check_vertices(positions, stride, m.vertices, where);
 }
 
 /// Moves the vertices of a mesh in a scene without instances, whose triangles are in one tree.
@@ -91,8 +107,9 @@ BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* p
     const std::string where = fmt::format("update of vertices: mesh {}", mesh);
     check_same_vertices(m, count, where);
     const std::size_t bytes = vertex_stride(stride, count, where + ": stride");
-    check_vertices(positions, bytes, count, where);
-    if (engine.forest()) {
+    if (engine.takes_vertices()) {
+      move_there(*state, m, positions, bytes, where);
+    } else if (check_vertices(positions, bytes, count, where); engine.forest()) {
       std::vector<ballot::Triangle> moved(m.triangles);
       gather(m, positions, bytes, moved.data());
       engine.move_mesh(mesh, std::move(moved), state->update);

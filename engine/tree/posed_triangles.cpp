@@ -1,17 +1,14 @@
 #include "engine/tree/posed_triangles.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "engine/scene/placing.h"
+#include "engine/tree/indexed_triangles.h"
 #include "shaders/shared/pose.h"
 
 namespace ballot {
 
 namespace {
-
-/// The inverse of ordered() in shaders/lib/build/order.glsl.
-float from_ordered(std::uint32_t x) { return std::bit_cast<float>(x >= 0x80000000u ? x & 0x7FFFFFFFu : ~x); }
 
 KernelSource moving_source(const char* name, Defines defines = {}) {
   return {.name = fmt::format("pose.{}", name),
@@ -153,20 +150,16 @@ std::optional<Bounds> PosedTriangles::pose(const NodePose& nodes) {
     k.bind(BIND_POSE_STATE, m.state);
   }
   kernels_->triangles->bind(BIND_POSE_TRIANGLES, *triangles_);
-  const PoseState empty{{~0u, ~0u, ~0u}, {0, 0, 0}, 0};
+  const PoseState empty = empty_pose_state();
   gpu_.pass("beginning a pose",
             [&](VkCommandBuffer cmd) { gpu_.vk().CmdUpdateBuffer(cmd, m.state.handle(), 0, sizeof empty, &empty); });
   if (moving_ == 0) return still_.value_or(Bounds{});
   run_pose(gpu_, *kernels_->triangles, moving_, MovePush{moving_, parts_});
   PoseState state;
   m.state.download(std::span(&state, 1));
-  if (state.bad) return {};
-  Bounds box;
-  for (int axis = 0; axis < 3; ++axis) {
-    box.lo[axis] = from_ordered(state.lo[axis]);
-    box.hi[axis] = from_ordered(state.hi[axis]);
-  }
-  return still_ ? Bounds{glm::min(box.lo, still_->lo), glm::max(box.hi, still_->hi)} : box;
+  const std::optional<Bounds> box = bounds_of(state);
+  if (!box || !still_) return box;
+  return Bounds{glm::min(box->lo, still_->lo), glm::max(box->hi, still_->hi)};
 }
 
 void PosedTriangles::write(Buffer<glm::uvec4>& triangles, Buffer<glm::uvec4>* normals) {

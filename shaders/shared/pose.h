@@ -78,6 +78,12 @@ struct MovePush {
   uint parts;
 };
 
+struct IndexedPush {
+  uint items;     // triangles
+  uint vertices;
+  uint first_triangle;  // of the scene
+};
+
 #ifdef __cplusplus
 }
 #endif

@@ -141,6 +141,7 @@ std::vector<KernelSource> render_sources() {
   for (KernelSource& source : live_sources()) sources.push_back(std::move(source));
   sources.push_back(pose_source());
   for (KernelSource& source : posed_triangle_sources()) sources.push_back(std::move(source));
+  for (KernelSource& source : indexed_triangle_sources()) sources.push_back(std::move(source));
   const std::size_t count = sources.size();
   for (const DeviceInfo& device : imagined_devices())
     if (device.is_cpu())

@@ -1,0 +1,33 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+// Writes the triangles of a mesh whose vertices have moved, one invocation each, and finds their bounds. Checks all
+// vertices, those of no triangle too.
+// BALLOT_INDICES: three vertices for each triangle; else vertices 0 1 2, 3 4 5, ...
+#include "../shared/pose.h"
+
+layout(local_size_x = POSE_GROUP) in;
+layout(push_constant, scalar) uniform Push { IndexedPush push; };
+#include "../lib/pose/bounds.glsl"
+#if BALLOT_INDICES
+layout(set = 0, binding = BIND_POSE_CORNERS, scalar) readonly buffer Corners { uint corners[]; };
+#endif
+layout(set = 0, binding = BIND_POSE_POSITIONS, scalar) readonly buffer Positions { vec3 positions[]; };
+layout(set = 0, binding = BIND_POSE_TRIANGLES, scalar) writeonly buffer Triangles { vec3 triangles[]; };
+
+void main() {
+  begin_bounds();
+  for (uint i = gl_GlobalInvocationID.x; i < push.vertices; i += gl_NumWorkGroups.x * POSE_GROUP)
+    check_range(positions[i]);
+  for (uint i = gl_GlobalInvocationID.x; i < push.items; i += gl_NumWorkGroups.x * POSE_GROUP)
+    for (uint k = 0u; k < 3u; ++k) {
+#if BALLOT_INDICES
+      vec3 v = positions[corners[3u * i + k]];
+#else
+      vec3 v = positions[3u * i + k];
+#endif
+      triangles[3u * (push.first_triangle + i) + k] = v;
+      add_to_bounds(v);
+    }
+  end_bounds();
+}
