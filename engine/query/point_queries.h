@@ -40,9 +40,9 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device);
 
 /// Answers point queries on one tree or forest. Follows it when it changes. Belongs to the thread of its Context.
 ///
-/// Among instances closest points are those of the triangles of all, their corners moved to the world in float32; by the
-/// same corners, welded over all instances, are their sides (shaders/lib/query/point_instances.glsl). A point is inside
-/// if it is so of an odd number of instances (shaders/lib/query/inside_instances.glsl).
+/// Among instances closest points are those of the triangles of all, their corners moved to the world in float32; by
+/// the same corners, welded over all instances, are their sides (shaders/lib/query/point_instances.glsl). A point is
+/// inside if it is so of an odd number of instances (shaders/lib/query/inside_instances.glsl).
 class PointQueries {
  public:
   /// Keeps references to both.
@@ -67,10 +67,10 @@ class PointQueries {
   /// Finds whether each point is inside, by the parity of the crossings of one ray along +x. For a mesh whose every
   /// edge belongs to an even number of triangles the answer is right unless the point is nearer to the surface than
   /// 16 * 2^-24 * M, with M the largest distance of a vertex of a triangle that near (shaders/query/inside.comp has the
-  /// proof). Among instances each mesh is to be so, and the bound is e + s 16 * 2^-24 * M: M in the space of the mesh, s
-  /// the largest stretch of the instance's matrix and e what its map of the point rounds, 2^-24 times 5.1 times
-  /// |matrix| |inverse| times the distance of the point from the translation. Dead points are outside. Limits are
-  /// ignored. Throws as nearest().
+  /// proof). Among instances each mesh is to be so, and the bound is e + s * 16 * 2^-24 * M: with M in the space of the
+  /// mesh, s the largest stretch of the instance's matrix, and e for the rounded point there: 5.1 * 2^-24 times the
+  /// matrix times its inverse, both of magnitudes, times the point's distances from the translation along the axes.
+  /// Dead points are outside. Limits are ignored. Throws as nearest().
   TraceTimes inside(const PointStream& points, const TakeInside& take, const PointQuery& query = {});
   TraceTimes inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers, const PointQuery& query = {});
 
