@@ -83,6 +83,36 @@ TEST_F(Api, UpdatesOfAnyVertices) {
     }
 }
 
+// Meshes of one tree move by themselves, one after the other, on the device and on the host. A vertex of no triangle is
+// checked too.
+TEST_F(Api, MeshesOfOneTreeMoveInTurn) {
+  const auto rays = rays_down(2000);
+  std::vector<ballot::Hit> expected(rays.size()), hits(rays.size());
+  Grid first(9), second(7, 0.5f), low(9, -1), high(7, 1);
+  for (Grid* grid : {&first, &second, &low, &high}) grid->positions.insert(grid->positions.end(), {5, 5, 5});
+  for (const char* builder : {"balanced", "device"})
+    for (const char* mode : {"refit", "rebuild", "auto"}) {
+      ballot::Scene scene(*device_, {first.mesh(), second.mesh()}, {.builder = builder, .update = mode});
+      const auto expect = [&](const Grid& a, const Grid& b) {
+        ballot::Scene(*device_, {a.mesh(), b.mesh()}).trace(rays, expected);
+        scene.trace(rays, hits);
+        EXPECT_EQ(std::memcmp(hits.data(), expected.data(), hits.size() * sizeof hits[0]), 0) << builder << mode;
+        EXPECT_EQ(scene.info().lo[2], std::min(a.positions[2], b.positions[2]));
+        EXPECT_EQ(scene.triangles(), ballot::Scene(*device_, {a.mesh(), b.mesh()}).triangles());
+      };
+      scene.update(1, high.positions);
+      expect(first, high);
+      scene.update(0, low.positions);
+      expect(low, high);
+      std::vector<float> wrong = second.positions;
+      wrong.back() = std::numeric_limits<float>::quiet_NaN();
+      EXPECT_EQ(code_of([&] { scene.update(1, wrong); }), Code::Argument);
+      expect(low, high);
+      scene.update(1, second.positions);
+      expect(low, second);
+    }
+}
+
 /// Small triangles over the unit square, and the same in another order: a tree of the first serves the second badly.
 struct Dealt {
   std::vector<float> positions, moved;
