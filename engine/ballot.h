@@ -173,14 +173,15 @@ class Engine {
   /// beyond +-1e12. Throws as move() does.
   bool set_vertices(const MovedVertices& mesh, UpdateMode mode = UpdateMode::Auto);
 
-  /// The same as move() for one mesh of a scene with instances: its own tree follows, and the tree over the instances; all else
-  /// stays. `triangles` are in the mesh's space.
+  /// Replaces the triangles of one mesh of a scene with instances, in the mesh's space: its own tree follows as move()
+  /// says, and the tree over the instances; all else stays. Throws Error(Arguments) if its tree holds other meshes too
+  /// (tree_layout()), and as move() does.
   void move_mesh(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
 
-  /// Moves the instances of a scene that has some: one transform for each. The top-level tree is refitted, or built
-  /// anew once refits have raised its cost by a quarter; the trees of the meshes stay.
-  /// Throws Error(Arguments) if the scene is flat, the number differs or a transform cannot be placed
-  /// (place_instance()), Error(Work) if the device fails; the scene is then as it was. Ends the use of batches, films
+  /// Moves the instances of a scene that has some: one transform for each placement of the scene. The top-level tree is
+  /// refitted, or built anew once refits have raised its cost by a quarter; the trees of the meshes stay.
+  /// Throws Error(Arguments) if the scene is flat, the number differs, a transform cannot be placed (place_instance())
+  /// or moves a mesh whose tree holds others too, Error(Work) if the device fails; the scene is then as it was. Ends the use of batches, films
   /// and the checker of before.
   void set_transforms(std::span<const Transform> transforms);
 
@@ -314,6 +315,7 @@ class Engine {
   void count_walks();
   void begin_update();
   Bvh follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area);
+  void move_tree(std::size_t tree, std::vector<Triangle> triangles, UpdateMode mode);
   void end_update(const Timer& timer);
   bool rebuild_meshes();
   Bounds bounds_with(std::size_t first, const Bounds& bounds);

@@ -28,6 +28,25 @@ std::vector<Transform> transforms_of(const Scene& scene) {
   return transforms;
 }
 
+/// Returns of the transforms of all placements those that the trees of a scene have. Those of meshes that lie in one
+/// tree with others must be the identity.
+std::vector<Transform> transforms_of_trees(const Scene& scene, std::span<const Transform> all) {
+  const TreeLayout layout = tree_layout(scene);
+  const std::vector<Placement>& placements = scene.instances.placements;
+  if (all.size() != placements.size())
+    fail(Failure::Arguments, "{} transforms, but the scene has {} instances; expected one for each", all.size(),
+         placements.size());
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (layout.shares(placements[i].mesh) && !is_identity(all[i]))
+      fail(Failure::Arguments,
+           "instance {}: its mesh {} ('{}') lies in one tree with others, which stays where it is; give it the "
+           "identity, or load the file with instances 'copy' and move the mesh's vertices",
+           i, placements[i].mesh, scene.instances.mesh_name(placements[i].mesh));
+  std::vector<Transform> of_trees;
+  for (const std::uint32_t from : layout.from) of_trees.push_back(all[from]);
+  return of_trees;
+}
+
 }  // namespace
 
 /// Builds the tree of a mesh.
@@ -132,8 +151,19 @@ Bvh Engine::follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, U
 }
 
 void Engine::move_mesh(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode) {
+  const TreeLayout layout = tree_layout(scene_);
+  if (layout.shares(mesh))
+    fail(Failure::Arguments,
+         "mesh {} ('{}') lies in one tree with others; load the file with instances 'copy' to move its vertices", mesh,
+         scene_.instances.mesh_name(mesh));
+  move_tree(layout.tree_of[mesh], std::move(triangles), mode);
+}
+
+/// Moves the triangles of a mesh of the forest.
+void Engine::move_tree(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode) {
   const Timer timer;
   const MeshTree& old = forest_->meshes()[mesh];
+  const std::ptrdiff_t first = old.triangles.data() - scene_.triangles.data();
   const MovedTriangles moved = check_moved(old.triangles, old.bvh.stats.degenerate, triangles, scene_.name);
   begin_update();
   const RefitPolicy before = policies_[mesh];
@@ -146,7 +176,7 @@ void Engine::move_mesh(std::size_t mesh, std::vector<Triangle> triangles, Update
     throw;
   }
   copy_parallel(std::span<const Triangle>(triangles),
-                std::span(scene_.triangles).subspan(scene_.instances.first[mesh], triangles.size()));
+                std::span(scene_.triangles).subspan(std::size_t(first), triangles.size()));
   end_update(timer);
 }
 
@@ -167,7 +197,7 @@ bool Engine::rebuild_meshes() {
   for (std::size_t i = 0; i < policies_.size(); ++i) {
     if (!policies_[i].overdue()) continue;
     const std::span<const Triangle> triangles = forest_->meshes()[i].triangles;
-    move_mesh(i, {triangles.begin(), triangles.end()}, UpdateMode::Rebuild);
+    move_tree(i, {triangles.begin(), triangles.end()}, UpdateMode::Rebuild);
     built = true;
   }
   return built;
@@ -176,6 +206,11 @@ bool Engine::rebuild_meshes() {
 void Engine::set_transforms(std::span<const Transform> transforms) {
   if (!forest_) fail(Failure::Arguments, "scene '{}' has no instances; make one of meshes and instances", scene_.name);
   const Timer timer;
+  std::vector<Transform> of_trees;
+  if (forest_->size() != scene_.instances.placements.size()) {
+    of_trees = transforms_of_trees(scene_, transforms);
+    transforms = of_trees;
+  }
   begin_update();
   tracer_->move_instances(transforms);
   end_update(timer);
@@ -184,8 +219,12 @@ void Engine::set_transforms(std::span<const Transform> transforms) {
 /// Brings the transforms of the instances to the scene, and the bounds that follow from them.
 void Engine::bring_transforms() {
   const std::vector<std::uint32_t> from = tree_layout(scene_).from;
-  for (std::size_t i = 0; i < from.size(); ++i)
-    scene_.instances.placements[from[i]].transform = forest_->transforms()[i];
+  SceneInstances& all = scene_.instances;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    Placement& p = all.placements[from[i]];
+    p.transform = forest_->transforms()[i];
+    if (!is_identity(p.transform)) all.mesh_labels[p.mesh].in_world = false;
+  }
   scene_.bounds = bounds_of_instances(scene_);
 }
 

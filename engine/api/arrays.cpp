@@ -72,11 +72,6 @@ const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
   return as_they_are ? rays : nullptr;
 }
 
-const MeshState& HitArrays::mesh_of(std::uint32_t prim) const {
-  if (scene_.meshes.size() == 1) return scene_.meshes[0];
-  return *std::prev(std::ranges::upper_bound(scene_.meshes, prim, {}, &MeshState::first));
-}
-
 const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
   Entry& entry = entries_[prim % entries_.size()];
   if (entry.prim != prim) {
@@ -86,29 +81,25 @@ const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
   return entry.normal;
 }
 
-void HitArrays::write_numbers(std::size_t place, std::span<const Hit> hits) const {
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    const MeshState* mesh = hits[i].prim != NO_HIT ? &mesh_of(hits[i].prim) : nullptr;
-    if (to_.prims) to_.prims[place + i] = mesh ? std::uint32_t(hits[i].prim - mesh->first) : BALLOT_MISS;
-    if (to_.mesh_ids) to_.mesh_ids[place + i] = mesh ? mesh->id : BALLOT_MISS;
-    if (to_.instances) to_.instances[place + i] = mesh ? 0 : BALLOT_MISS;
-  }
-}
-
-/// The same in a scene of instances.
-void HitArrays::write_places(std::size_t place, std::span<const Hit> hits, const Forest& forest) const {
-  constexpr Forest::Place kNone{BALLOT_MISS, BALLOT_MISS};
-  std::uint32_t last = NO_HIT, id = BALLOT_MISS;  // neighbours often hit one triangle
-  Forest::Place at = kNone;
+/// Writes what tells triangles, meshes and instances apart.
+void HitArrays::write_places(std::size_t place, std::span<const Hit> hits) const {
+  const PlaceTable& table = *scene_.places;
+  std::uint32_t last = NO_HIT, near = 0;  // neighbours often hit one triangle
+  std::uint32_t triangle = BALLOT_MISS, instance = BALLOT_MISS, id = BALLOT_MISS;
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (const std::uint32_t prim = hits[i].prim; prim != last) {
       last = prim;
-      at = prim != NO_HIT ? forest.place_of(prim) : kNone;
-      id = prim != NO_HIT ? scene_.meshes[forest.mesh_of(at.instance)].id : BALLOT_MISS;
+      triangle = instance = id = BALLOT_MISS;
+      if (prim != NO_HIT) {
+        near = table.placement_of(prim, near);
+        triangle = prim - table.first_of(near);
+        instance = table.instance_of(near);
+        if (to_.mesh_ids) id = table.id_of(prim);
+      }
     }
-    if (to_.prims) to_.prims[place + i] = at.triangle;
+    if (to_.prims) to_.prims[place + i] = triangle;
     if (to_.mesh_ids) to_.mesh_ids[place + i] = id;
-    if (to_.instances) to_.instances[place + i] = at.instance;
+    if (to_.instances) to_.instances[place + i] = instance;
   }
 }
 
@@ -134,12 +125,7 @@ void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals&
     for (std::size_t i = 0; i < n; ++i) to_.occluded[place + i] = hits[i].prim != NO_HIT;
   if (to_.uvs)
     for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.uvs + 2 * (place + i), &hits[i].u, 2 * sizeof(float));
-  if (to_.prims || to_.mesh_ids || to_.instances) {
-    if (const Forest* forest = scene_.places())
-      write_places(place, hits, *forest);
-    else
-      write_numbers(place, hits);
-  }
+  if (to_.prims || to_.mesh_ids || to_.instances) write_places(place, hits);
   if (to_.normals)
     for (std::size_t i = 0; i < n; ++i)
       std::memcpy(to_.normals + 3 * (place + i), &normals.of(hits[i].prim), sizeof(glm::vec3));

@@ -68,9 +68,7 @@ class HitArrays {
 
   void fetch_triangles(std::span<const Hit> hits) const;
   void write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const;
-  void write_numbers(std::size_t place, std::span<const Hit> hits) const;
-  void write_places(std::size_t place, std::span<const Hit> hits, const Forest& forest) const;
-  const MeshState& mesh_of(std::uint32_t prim) const;
+  void write_places(std::size_t place, std::span<const Hit> hits) const;
   bool records_alone() const;
 
   BallotHits to_;

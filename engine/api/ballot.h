@@ -153,9 +153,9 @@ class Scene {
   Scene(const Device& device, std::initializer_list<Mesh> meshes, const SceneOptions& options = {})
       : Scene(device, std::span(meshes.begin(), meshes.size()), options) {}
 
-  /// Makes a scene of instances: the tree of each mesh is built once, and a tree over the instances lies above. It
-  /// cannot be rendered, nor traced by method "packet-wide". ballot_scene_create_instances() says what an instance's
-  /// hits are, and which transforms are refused with Error(Argument).
+  /// Makes a scene of instances: the tree of each mesh is built once, and a tree over the instances lies above. Method
+  /// "packet-wide" does not trace it. ballot_scene_create_instances() says what an instance's hits are, and which
+  /// transforms are refused with Error(Argument).
   Scene(const Device& device, std::span<const Mesh> meshes, const Instances& instances,
         const SceneOptions& options = {}) {
     std::vector<BallotMesh> list;
@@ -170,8 +170,8 @@ class Scene {
         const SceneOptions& options = {})
       : Scene(device, std::span(meshes.begin(), meshes.size()), instances, options) {}
 
-  /// Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file: one mesh with id 0, with the file's cameras and materials.
-  /// Throws Error(Work), which names file and place, if the file is wrong.
+  /// Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials: nodes of glTF and groups of
+  /// OBJ are meshes() or instances(). Throws Error(Work), which names file and place, if the file is wrong.
   static Scene load(const Device& device, const std::string& path, const SceneOptions& options = {.cache = true}) {
     const BallotSceneOptions o = detail::options_of(options);
     BallotScene* scene = nullptr;
@@ -179,14 +179,15 @@ class Scene {
     return Scene(scene);
   }
 
-  /// Moves the vertices of a mesh: as many positions as it was made with. Later traces find the moved triangles.
-  /// SceneOptions::update says how the tree moves. Throws Error(Argument), which names the vertex, if a number is not
-  /// finite or beyond 1e12 or the count differs; the scene is then as it was.
+  /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh from a file three for each triangle.
+  /// Later traces find the moved triangles. SceneOptions::update says how the tree moves. Throws Error(Argument), which
+  /// names the vertex, if a number is not finite or beyond 1e12 or the count differs, and for the scenes of files that
+  /// ballot_scene_update() names; the scene is then as it was.
   void update(std::size_t mesh, std::span<const float> positions, std::size_t stride = 0) {
     check(ballot_scene_update(handle_.get(), mesh, positions.data(), detail::vertices(positions, stride), stride));
   }
 
-  /// Moves the instances of a scene of instances: as many matrices as it was made with. The trees of the meshes stay.
+  /// Moves the instances of a scene: a matrix for each. The trees of the meshes stay.
   void update_instances(std::span<const float> transforms, std::size_t stride = 0) {
     check(
         ballot_scene_update_instances(handle_.get(), transforms.data(), detail::matrices(transforms, stride), stride));
@@ -319,18 +320,22 @@ class Scene {
     return crossings(detail::view_of(rays), most);
   }
 
-  SceneInfo info() const {
-    auto i = BALLOT_INIT(BallotSceneInfo);
-    check(ballot_scene_info(handle_.get(), &i));
-    SceneInfo info{i.triangles, i.degenerate, i.meshes, i.views,        {}, {}, i.nodes,
-                   i.leaves,    i.depth,      i.sah,    i.build_seconds};
-    info.decay = i.decay, info.update_seconds = i.update_seconds, info.refits = i.refits;
-    info.instances = i.instances, info.instance_triangles = i.instance_triangles, info.top_seconds = i.top_seconds;
-    for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
-    return info;
+  SceneInfo info() const { return detail::scene_info_of(handle_.get()); }
+
+  /// Return the meshes and the instances. A scene without instances has its meshes in the world, once.
+  std::vector<MeshInfo> meshes() const {
+    std::vector<MeshInfo> all;
+    for (std::size_t i = 0, n = info().meshes; i < n; ++i) all.push_back(detail::mesh_info_of(handle_.get(), i));
+    return all;
+  }
+  std::vector<InstanceInfo> instances() const {
+    std::vector<InstanceInfo> all;
+    for (std::size_t i = 0, n = info().instances; i < n; ++i) all.push_back(detail::instance_info_of(handle_.get(), i));
+    return all;
   }
 
-  /// Returns nine floats for each triangle: x y z of its vertices.
+  /// Returns nine floats for each triangle of each mesh: x y z of its vertices, in the mesh's own space. That is the
+  /// world unless the scene has instances.
   std::vector<float> triangles() const {
     auto all = detail::room_for<float>(9 * info().triangles);
     if (!all.empty()) check(ballot_scene_triangles(handle_.get(), all.data()));

@@ -167,7 +167,7 @@ typedef struct BallotHits {
   BallotHit* hits;
   float* t;            /* distance; on a miss infinity */
   uint32_t* prims;     /* number of the triangle within its mesh; on a miss BALLOT_MISS */
-  uint32_t* mesh_ids;  /* BallotMesh::id; on a miss BALLOT_MISS */
+  uint32_t* mesh_ids;  /* BallotMesh::id, or as BallotSceneOptions::ids says; on a miss BALLOT_MISS */
   float* uvs;          /* u, v: two floats; on a miss 0 */
   float* normals;      /* x, y, z: unit normal of the triangle, by the right-hand rule over its vertices; on a miss 0 */
   uint8_t* occluded;   /* 1: hit, 0: miss */

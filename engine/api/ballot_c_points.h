@@ -112,8 +112,8 @@ typedef struct BallotLists {
   const char* numeric; /* "watertight" or "exact"; NULL: "watertight" */
   uint32_t cull;       /* BALLOT_CULL_... */
   /* A mesh is left out if its mask shares no bit with the ray's. NULL: all bits. */
-  const uint32_t* mesh_masks; /* of each mesh, in the order in which the scene was made of them */
-  size_t mesh_mask_count;     /* the scene's meshes; a loaded scene is one */
+  const uint32_t* mesh_masks; /* of each mesh, as ballot_scene_mesh() numbers them; all its instances have it */
+  size_t mesh_mask_count;     /* the scene's meshes */
   const uint32_t* ray_masks;  /* of each ray */
   /* 1: leave out a triangle where its surface stops nothing: where the alpha of material, texture and vertex colours is
    * below the cutoff of a mask, or 0. Changes nothing where all surfaces are opaque, as in scenes from arrays. Not with

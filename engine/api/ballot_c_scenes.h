@@ -42,6 +42,10 @@ typedef struct BallotSceneOptions {
    * memory of 4 triangles each, would not save half of them, and all meshes of files that deform some over time. Hits
    * are the same but for rounding. */
   const char* instances;
+  /* What BallotHits::mesh_ids holds for a scene file, by the numbers of the file: "mesh": the mesh of glTF, the group of
+   * OBJ; 0 where a file has one mesh. "node": the node of glTF that places the triangle; else as "mesh". "material": the
+   * material of the triangle. NULL: "mesh". Scenes made of meshes have BallotMesh::id. */
+  const char* ids;
   /* Called now and then with the share of the tree that is built, by any thread, one at a time. Returning non-zero ends
    * the call with BALLOT_ERROR_INTERRUPTED. */
   int (*progress)(void* user, double done);
@@ -53,11 +57,11 @@ typedef struct BallotSceneOptions {
  * hits. At most 2^31 - 1 triangles. options may be NULL. */
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotSceneOptions* options, BallotScene** scene);
-/* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, or triangles (.npy, .npz). The scene has one mesh, number and
- * id 0, and its own cameras and materials. Its tree is kept on disk if options is NULL or options->cache is 1. Files
- * that it names lie in its folder or below, unless options->allow_outside is 1; what memory cannot hold is refused
- * beforehand. A mesh that is kept once (options->instances) has as many numbers of triangles as if each use were a
- * copy of its own. A scene with such meshes takes no queries of points and crossings. */
+/* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, or triangles (.npy, .npz), with its cameras and materials. Its
+ * meshes are nodes of glTF that place triangles, groups of OBJ, else the whole; ballot_scene_mesh() tells their names.
+ * If some are kept once (options->instances) the scene has instances, which number the triangles as if each use were a
+ * copy of its own. The tree is kept on disk if options is NULL or options->cache is 1. Files that it names lie in its
+ * folder or below, unless options->allow_outside is 1; what memory cannot hold is refused beforehand. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);
@@ -87,16 +91,17 @@ typedef struct BallotInstances {
  *
  * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
  * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between
- * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace such a scene, and
- * ballot_make_rays(), ballot_render(), queries of points and crossings, and updates of vertices refuse it.
+ * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace such a scene. ballot_render(), and
+ * ballot_make_rays() of kinds that start on surfaces, refuse matrices that multiply rounding errors by more than 4096.
  * options->cache does nothing; options->builder, NULL: "balanced". options may be NULL. */
 BALLOT_API BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                                       const BallotInstances* instances,
                                                       const BallotSceneOptions* options, BallotScene** scene);
 
-/* Moves the instances of such a scene: `count` matrices, one for each. Refits the tree over the instances, or builds it
+/* Moves the instances of such a scene, or of a file's scene that has some: `count` matrices, one for each. Refits the tree over the instances, or builds it
  * anew once refits have raised its cost by a quarter; the trees of the meshes stay. A failed call leaves the scene as
- * it was. stride is in bytes; 0: 48. */
+ * it was. Refused for scenes with animations, and for instances of a mesh that lies in one tree with others, unless the
+ * matrix is the identity: meshes of a file that are used once and lie next to each other. stride is in bytes; 0: 48. */
 BALLOT_API BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* transforms, size_t count,
                                                       size_t stride);
 
@@ -105,10 +110,16 @@ typedef struct BallotInstanceInfo {
   uint64_t mesh;             /* its number */
   uint64_t first, triangles; /* its triangles are prim first to first + triangles - 1 */
   float transform[12];
+  char name[256];     /* of its node in the file, else of its mesh; cut off if it is longer */
+  uint32_t id;        /* its node in the file, as BallotSceneOptions::ids "node"; else its own number */
+  float lo[3], hi[3]; /* a box in the world that holds it; zero if it has no triangle */
 } BallotInstanceInfo;
+/* Tells of an instance. Scenes without instances are refused. */
 BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotInstanceInfo* info);
 
-/* Moves the vertices of a mesh of ballot_scene_create(): `count` must be its vertex_count. Hits of later calls are
+/* Moves the vertices of a mesh, in its own space: `count` must be its vertex_count. Of a mesh from a file they are the
+ * corners of its triangles, three each. Scenes with animations refuse it, and so does a mesh of a file's instances that
+ * lies in one tree with others; options->instances "copy" loads one in which each moves. Hits of later calls are
  * those of the moved scene; in "watertight" and "exact" they are the same bits after a refit and after a build.
  * BallotSceneOptions::update says how the tree moves. A failed call leaves the scene as it was. The scene keeps 36
  * bytes a triangle of the host for the next call. stride is in bytes; 0: 12. */
@@ -132,13 +143,13 @@ BALLOT_API BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animati
 
 typedef struct BallotSceneInfo {
   size_t size;
-  uint64_t triangles, degenerate; /* degenerate: those without area */
+  uint64_t triangles, degenerate; /* of all meshes; degenerate: those without area */
   uint64_t meshes, views;
   float lo[3], hi[3]; /* the bounds; zero if the scene is empty */
   uint64_t nodes, leaves, depth;
   double sah;                  /* expected cost of a random ray that meets the bounds; 0 with instances */
   double build_seconds;        /* of the last build of the tree; of all trees of a scene of instances */
-  uint64_t instances;          /* of a scene of instances, or of meshes that a file's scene keeps once; else 0 */
+  uint64_t instances;          /* 0: each mesh lies in the world, once */
   uint64_t instance_triangles; /* counted through all instances */
   double top_seconds;          /* of the last build or refit of the tree over the instances */
   double decay; /* sah divided by that at the last build: traces are slower by about this factor; 1 at a build */
@@ -149,14 +160,18 @@ BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* i
 
 typedef struct BallotMeshInfo {
   size_t size;
-  uint32_t id;
-  /* Its triangles are prim first to first + triangles - 1; of a scene of instances ballot_scene_instance() tells. */
+  uint32_t id; /* BallotMesh::id, or the mesh or group in the file */
+  /* Its triangles are first to first + triangles - 1 of ballot_scene_triangles(). In a scene without instances that is
+   * their prim; else ballot_scene_instance() tells. */
   uint64_t first, triangles;
+  char name[256];     /* as in the file, or "mesh N"; cut off if it is longer */
+  float lo[3], hi[3]; /* its bounds, in its own space; zero if it has no triangle */
 } BallotMeshInfo;
+/* Tells of a mesh of a scene. */
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info);
 
-/* Writes nine floats for each triangle: x, y, z of its three vertices. Of a scene of instances: those of each mesh, in
- * the mesh's own space. */
+/* Writes nine floats for each triangle of each mesh: x, y, z of its three vertices, in the mesh's own space. That is the
+ * world unless the scene has instances. */
 BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles);
 BALLOT_API const char* ballot_scene_error(BallotScene* scene);
 

@@ -237,9 +237,37 @@ inline BallotSceneOptions options_of(const SceneOptions& options) {
   o.expected_rays = options.expected_rays;
   o.allow_outside = options.allow_outside;
   o.instances = options.instances.c_str();
+  o.ids = options.ids.c_str();
   set_progress(o, options.progress);
   return o;
 }
+
+inline SceneInfo scene_info_of(BallotScene* scene) {
+  auto i = BALLOT_INIT(BallotSceneInfo);
+  check(ballot_scene_info(scene, &i));
+  SceneInfo info{i.triangles, i.degenerate, i.meshes, i.views,        {}, {}, i.nodes,
+                 i.leaves,    i.depth,      i.sah,    i.build_seconds};
+  info.decay = i.decay, info.update_seconds = i.update_seconds, info.refits = i.refits;
+  info.instances = i.instances, info.instance_triangles = i.instance_triangles, info.top_seconds = i.top_seconds;
+  for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
+  return info;
+}
+inline MeshInfo mesh_info_of(BallotScene* scene, std::size_t mesh) {
+  auto i = BALLOT_INIT(BallotMeshInfo);
+  check(ballot_scene_mesh(scene, mesh, &i));
+  MeshInfo info{i.name, i.id, i.first, i.triangles};
+  for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
+  return info;
+}
+inline InstanceInfo instance_info_of(BallotScene* scene, std::size_t instance) {
+  auto i = BALLOT_INIT(BallotInstanceInfo);
+  check(ballot_scene_instance(scene, instance, &i));
+  InstanceInfo info{i.name, i.id, i.mesh, i.first, i.triangles};
+  for (int k = 0; k < 12; ++k) info.transform[k] = i.transform[k];
+  for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
+  return info;
+}
+
 inline BallotView view_of(const View& view) {
   auto v = BALLOT_INIT(BallotView);
   if (!view.name.empty()) v.name = view.name.c_str();

@@ -72,7 +72,7 @@ struct RayView {
 
 /// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t infinity, and u = v = 0. u and v are
 /// the barycentric coordinates of the triangle's vertices 1 and 2. prim counts triangles through all meshes of the
-/// scene.
+/// scene, or through all its instances.
 using Hit = BallotHit;
 inline constexpr std::uint32_t kMiss = BALLOT_MISS;
 
@@ -119,9 +119,12 @@ struct SceneOptions {
   double expected_rays = 0;    // hint for builder "auto": rays that will be traced in all; 0: unknown
   bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
   /// Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
-  /// whole; such a scene takes no queries of points and crossings. "copy": each use is a moved copy. "auto": kept where
-  /// that saves 4 million triangles and half of the scene's, or where copies would not fit into memory.
+  /// whole. "copy": each use is a moved copy. "auto": kept where that saves 4 million triangles and half of the scene's,
+  /// or where copies would not fit into memory.
   std::string instances = "auto";
+  /// What Results::mesh_ids holds for a scene file: "mesh" (of glTF, or the group of OBJ), "node" (of glTF) or
+  /// "material", by the numbers of the file. Of scenes made of meshes: Mesh::id.
+  std::string ids = "mesh";
   /// Called now and then with the share of the tree that is built, by any thread, one at a time. Returning false ends
   /// the call with Error(Interrupted). Must not throw.
   std::function<bool(double done)> progress = {};
@@ -145,11 +148,11 @@ struct Results {
   Hit* hits = nullptr;
   float* t = nullptr;
   std::uint32_t* prims = nullptr;      // number of the triangle within its mesh, unlike Hit::prim
-  std::uint32_t* mesh_ids = nullptr;   // Mesh::id
+  std::uint32_t* mesh_ids = nullptr;   // Mesh::id, or as SceneOptions::ids says
   float* uvs = nullptr;                // two floats
   float* normals = nullptr;            // three floats: unit normal, by the right-hand rule over the vertices
   std::uint8_t* occluded = nullptr;    // 1: hit
-  std::uint32_t* instances = nullptr;  // number of the instance; 0 in scenes that are not made of instances
+  std::uint32_t* instances = nullptr;  // number of the instance; 0 in scenes without instances
 };
 
 struct Times {
@@ -198,7 +201,7 @@ struct CrossingQuery {
   std::uint32_t most = 0;              // list the first so many of each ray; 0: all
   std::string numeric = "watertight";  // or "exact": numbers and order are those of exact arithmetic
   Cull cull = Cull::None;
-  std::span<const std::uint32_t> mesh_masks = {};  // of each mesh, in the order in which the scene was made of them
+  std::span<const std::uint32_t> mesh_masks = {};  // of each mesh, as Scene::meshes() lists them
   std::span<const std::uint32_t> ray_masks = {};   // of each ray
   bool alpha = false;  // leave out a triangle where its surface stops nothing: BallotLists::alpha
   std::function<bool(double done)> progress = {};  // as Query::progress
@@ -215,11 +218,29 @@ struct SceneInfo {
   float lo[3] = {}, hi[3] = {};                                        // the bounds; zero if the scene is empty
   std::uint64_t nodes = 0, leaves = 0, depth = 0;
   double sah = 0, build_seconds = 0;
-  std::uint64_t instances = 0, instance_triangles = 0;  // of scenes of instances; triangles counted through all
+  std::uint64_t instances = 0, instance_triangles = 0;  // 0 in scenes without; triangles counted through all
   double top_seconds = 0;                               // of the last build or refit of the tree over the instances
   double decay = 1;           // sah divided by that at the last build: traces are slower by about this factor
   double update_seconds = 0;  // of the last update
   std::uint64_t refits = 0;   // updates since the last build
+};
+
+/// A mesh of a scene: triangles `first` to first + triangles - 1 of Scene::triangles(). In a scene without instances
+/// that is Hit::prim.
+struct MeshInfo {
+  std::string name = {};  // as in the file, or "mesh N"; cut off after 255 bytes
+  std::uint32_t id = 0;   // Mesh::id, or the mesh or group in the file
+  std::uint64_t first = 0, triangles = 0;
+  float lo[3] = {}, hi[3] = {};  // its bounds, in its own space; zero if it has no triangle
+};
+
+/// An instance of a mesh: Hit::prim is `first` to first + triangles - 1.
+struct InstanceInfo {
+  std::string name = {};  // of its node in the file, else of its mesh; cut off after 255 bytes
+  std::uint32_t id = 0;   // its node in the file; else its own number
+  std::uint64_t mesh = 0, first = 0, triangles = 0;
+  float transform[12] = {};      // as Instances::transforms
+  float lo[3] = {}, hi[3] = {};  // a box in the world that holds it; zero if it has no triangle
 };
 
 /// An animation of a scene file.

@@ -26,7 +26,7 @@ BallotStatus ballot_scene_animations(BallotScene* scene, BallotAnimationInfo* in
       auto* info = reinterpret_cast<BallotAnimationInfo*>(reinterpret_cast<char*>(infos) + i * stride);
       info->size = stride;
       BallotAnimationInfo to = BALLOT_INIT(BallotAnimationInfo);
-      clips[i].name.copy(to.name, sizeof to.name - 1);
+      write_name(to.name, clips[i].name);
       to.seconds = clips[i].seconds;
       to.channels = clips[i].channels.size();
       write_struct(info, to, "BallotAnimationInfo");
@@ -43,6 +43,7 @@ BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double 
     if (animation >= count)
       refuse(fmt::format("animation {} of a scene that has {}; expected a number below that", animation, count));
     engine.set_time(animation, seconds, state->update);
+    for (MeshState& mesh : state->meshes) mesh.bounds.reset();
     state->refits = engine.last_update().refitted ? state->refits + 1 : 0;
   });
 }

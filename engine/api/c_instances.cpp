@@ -31,10 +31,11 @@ std::vector<Placement> read_instances(const BallotInstances& given) {
   return all;
 }
 
-const Forest& instances_of(const SceneState& scene, const char* call) {
-  const Forest* forest = scene.places();
-  if (!forest) refuse(fmt::format("{}: the scene has no instances; make one of meshes and instances", call));
-  return *forest;
+/// Returns the number of instances. Throws Refused if the scene is flat.
+std::size_t instances_of(const SceneState& scene, const char* call) {
+  const Scene& facts = scene.engine->scene_facts();
+  if (!facts.instanced()) refuse(fmt::format("{}: the scene has no instances; make one of meshes and instances", call));
+  return facts.instances.placements.size();
 }
 
 }  // namespace
@@ -61,8 +62,8 @@ BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMes
     const DeviceUse use(*d);
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
-    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, "balanced", false),
-                                                     build_progress(watch));
+    state->open(std::move(made), ballot::IdSource::Mesh, engine_options(*d, o, "balanced", false),
+                build_progress(watch));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -72,7 +73,8 @@ BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* tran
     if (count) need(transforms, "ballot_scene_update_instances", "transforms");
     const std::size_t bytes = stride_of(stride, kTransformBytes, count, "instances: stride");
     const DeviceUse use(*state->device);
-    const std::size_t size = instances_of(*state, "update of instances").size();
+    const std::size_t size = instances_of(*state, "update of instances");
+    refuse_animated(*state, "update of instances");
     if (count != size) refuse(fmt::format("instances: {} transforms, but the scene has {} instances", count, size));
     // Matrices one behind the other are taken where they lie.
     std::vector<ballot::Transform> gathered(bytes == kTransformBytes ? 0 : count);
@@ -87,13 +89,21 @@ BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotIn
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_instance", "info");
     const DeviceHold hold(*state->device);
-    const ballot::Forest& forest = instances_of(*state, "instance");
-    if (instance >= forest.size()) refuse(fmt::format("instance {}: the scene has {}", instance, forest.size()));
+    const std::size_t size = instances_of(*state, "instance");
+    if (instance >= size) refuse(fmt::format("instance {}: the scene has {}", instance, size));
+    const ballot::SceneInstances& all = state->engine->scene().instances;
+    const ballot::Placement& p = all.placements[instance];
     BallotInstanceInfo i = BALLOT_INIT(BallotInstanceInfo);
-    i.mesh = forest.mesh_of(instance);
-    i.first = forest.first_of(instance);
-    i.triangles = forest.meshes()[i.mesh].triangles.size();
-    std::memcpy(i.transform, &forest.transforms()[instance], sizeof i.transform);
+    write_name(i.name, all.placement_name(instance));
+    i.id = all.placement_labels[instance].node;
+    i.mesh = p.mesh;
+    i.first = state->places->first_of(instance);
+    i.triangles = state->meshes[p.mesh].triangles;
+    std::memcpy(i.transform, &p.transform, sizeof i.transform);
+    if (i.triangles) {
+      const ballot::Bounds bounds = moved(bounds_of(*state, p.mesh), p.transform);
+      for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
+    }
     write_struct(info, i, "BallotInstanceInfo");
   });
 }

@@ -229,8 +229,8 @@ class ListQuery {
     if (lists.mesh_mask_count != scene.meshes.size())
       refuse(
           fmt::format("crossings: {} masks of meshes; the scene has {}", lists.mesh_mask_count, scene.meshes.size()));
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i)
-      triangle_masks_.insert(triangle_masks_.end(), scene.meshes[i].triangles, lists.mesh_masks[i]);
+    for (const Placement& p : scene.engine->scene_facts().instances.placements)
+      triangle_masks_.insert(triangle_masks_.end(), scene.meshes[p.mesh].triangles, lists.mesh_masks[p.mesh]);
     query_.triangle_masks = triangle_masks_;
   }
   ListQuery(const ListQuery&) = delete;

@@ -39,7 +39,7 @@ void move_flat(SceneState& state, const MeshState& m, const float* positions, st
   moved = state.engine->move(std::move(moved), state.update);
 }
 
-const MeshState& mesh_at(const SceneState& state, std::size_t mesh, const char* call) {
+MeshState& mesh_at(SceneState& state, std::size_t mesh, const char* call) {
   if (mesh >= state.meshes.size())
     refuse(fmt::format("{}: mesh {}, but the scene has {}", call, mesh, state.meshes.size()));
   return state.meshes[mesh];
@@ -65,8 +65,8 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     const DeviceUse use(*d);
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
-    state->engine = std::make_unique<ballot::Engine>(std::move(made), engine_options(*d, o, "auto", o.cache != 0),
-                                                     build_progress(watch));
+    state->open(std::move(made), ballot::IdSource::Mesh, engine_options(*d, o, "auto", o.cache != 0),
+                build_progress(watch));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -79,19 +79,21 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     const BallotSceneOptions o = read_struct(options, "BallotSceneOptions");
     auto state = std::make_shared<SceneState>();
     state->device = d;
-    state->from_file = true;
     if (o.update) state->update = ballot::find_named(ballot::kUpdateModes, o.update, "update mode").id;
     ballot::LoadOptions load{.allow_outside = o.allow_outside != 0};
     if (o.instances) load.instances = ballot::find_named(ballot::kInstancePolicies, o.instances, "instances").id;
+    const auto ids =
+        ballot::find_named(ballot::kIdSources, o.ids ? o.ids : ballot::kDefaultIdSource, "source of ids").id;
     ballot::Scene loaded = ballot::load_scene(path, load);
-    const std::uint64_t triangles = ballot::triangle_count(loaded);
-    state->meshes.push_back({0, 0, triangles, 3 * triangles, {}});
+    for (std::size_t m = 0; m < loaded.instances.meshes(); ++m) {
+      const std::size_t triangles = loaded.instances.triangles_of(m);
+      state->meshes.push_back({loaded.instances.first[m], triangles, 3 * triangles, {}});
+    }
     const DeviceUse use(*d);
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
     watch(0);
-    state->engine = std::make_unique<ballot::Engine>(
-        std::move(loaded), engine_options(*d, o, "best", !options || o.cache), build_progress(watch));
+    state->open(std::move(loaded), ids, engine_options(*d, o, "best", !options || o.cache), build_progress(watch));
     *scene = scenes().add(std::move(state));
   });
 }
@@ -100,10 +102,9 @@ BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* p
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     if (count) need(positions, "ballot_scene_update", "positions");
     const DeviceUse use(*state->device);
-    if (state->from_file)
-      refuse("update of vertices: the scene was loaded from a file; make one of meshes to move their vertices");
+    refuse_animated(*state, "update of vertices");
     ballot::Engine& engine = *state->engine;
-    const MeshState& m = mesh_at(*state, mesh, "update of vertices");
+    MeshState& m = mesh_at(*state, mesh, "update of vertices");
     const std::string where = fmt::format("update of vertices: mesh {}", mesh);
     check_same_vertices(m, count, where);
     const std::size_t bytes = vertex_stride(stride, count, where + ": stride");
@@ -116,6 +117,7 @@ BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* p
     } else {
       move_flat(*state, m, positions, bytes);
     }
+    m.bounds.reset();
     state->refits = engine.last_update().refitted ? state->refits + 1 : 0;
   });
 }
@@ -129,13 +131,13 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
     const ballot::BvhStats& s = engine.bvh_stats();
     const ballot::Bounds& bounds = engine.scene().bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
-    i.triangles = state->places() ? s.triangles : engine.triangle_count();
+    i.triangles = engine.scene_facts().triangles.size();
     i.degenerate = s.degenerate;
     i.meshes = state->meshes.size();
     i.views = engine.scene_facts().views.size();
     if (forest) {
-      i.instances = forest->size();
-      i.instance_triangles = forest->triangle_count();
+      i.instances = engine.scene_facts().instances.placements.size();
+      i.instance_triangles = engine.triangle_count();
       i.top_seconds = forest->top_facts().build_s;
     }
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
@@ -152,8 +154,16 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
 BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_mesh", "info");
+    const DeviceHold hold(*state->device);
     const MeshState& m = mesh_at(*state, mesh, "facts about a mesh");
-    write_struct(info, BallotMeshInfo{sizeof(BallotMeshInfo), m.id, m.first, m.triangles}, "BallotMeshInfo");
+    const ballot::SceneInstances& all = state->engine->scene_facts().instances;
+    const ballot::Bounds bounds = bounds_of(*state, mesh);
+    BallotMeshInfo i = BALLOT_INIT(BallotMeshInfo);
+    write_name(i.name, all.mesh_name(mesh));
+    i.id = all.mesh_labels[mesh].id;
+    i.first = m.first, i.triangles = m.triangles;
+    for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
+    write_struct(info, i, "BallotMeshInfo");
   });
 }
 
@@ -161,10 +171,7 @@ BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(triangles, "ballot_scene_triangles", "triangles");
     const DeviceHold hold(*state->device);
-    const ballot::Scene& of = state->engine->scene();
-    const std::vector<ballot::Triangle> world =
-        state->places() ? std::vector<ballot::Triangle>() : ballot::world_triangles(of);
-    const std::span<const ballot::Triangle> all = state->places() ? of.triangles : world;
+    const std::span<const ballot::Triangle> all = state->engine->scene().triangles;
     if (!all.empty()) std::memcpy(triangles, all.data(), all.size_bytes());
   });
 }

@@ -79,7 +79,7 @@ MeshState read_mesh(const BallotMesh& m, std::size_t first, const std::string& w
                        kMostTriangles));
   if (!m.indices && m.index_count)
     refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
-  MeshState mesh{m.id, first, corners / 3, m.vertex_count, {}};
+  MeshState mesh{first, corners / 3, m.vertex_count, {}};
   if (m.indices && m.index_type == BALLOT_INDEX_U16)
     mesh.indices = read_indices<std::uint16_t>(m, where);
   else if (m.indices && m.index_type == BALLOT_INDEX_U32)
@@ -120,6 +120,18 @@ Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::vector<MeshS
   fill_normals(made);
   all.first.push_back(made.triangles.size());
   return made;
+}
+
+Bounds bounds_of(SceneState& scene, std::size_t mesh) {
+  std::optional<Bounds>& bounds = scene.meshes[mesh].bounds;
+  if (!bounds) bounds = bounds_of_mesh(scene.engine->scene(), mesh);
+  return *bounds;
+}
+
+void refuse_animated(const SceneState& scene, const char* call) {
+  const auto& animation = scene.engine->scene_facts().animation;
+  if (animation && !animation->clips.empty())
+    refuse(fmt::format("{}: the scene's animations move it; set a time instead, or load a file without them", call));
 }
 
 BallotMesh mesh_struct(const BallotMesh* meshes, std::size_t i) {

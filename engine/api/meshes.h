@@ -26,6 +26,12 @@ void gather(const MeshState& mesh, const float* from, std::size_t stride, std::a
 /// which names the mesh.
 Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::vector<MeshState>& parts);
 
+/// Returns the bounds of a mesh in its own space. The device's mutex is held.
+Bounds bounds_of(SceneState& scene, std::size_t mesh);
+
+/// Throws Refused if animations move the scene: setting a time would undo what else moves. `call` begins the text.
+void refuse_animated(const SceneState& scene, const char* call);
+
 /// Returns mesh number i of an array of structs. Field `size` of the first tells how large each is.
 BallotMesh mesh_struct(const BallotMesh* meshes, std::size_t i);
 

@@ -136,6 +136,11 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
                   fmt::format("{}: the buffer of {} has {} records; expected {}", call, what, buffer.records, count));
 }
 
+void SceneState::open(Scene scene, IdSource ids, const EngineOptions& options, const Progress& progress) {
+  places.emplace(scene, ids);
+  engine = std::make_unique<Engine>(std::move(scene), options, progress);
+}
+
 void keep_fit(SceneState& scene) {
   if (scene.update == UpdateMode::Auto && scene.engine->rebuild_if_overdue()) scene.refits = 0;
 }

@@ -15,6 +15,7 @@
 #include "engine/api/cuda_memory.h"
 #include "engine/api/handles.h"
 #include "engine/api/jobs.h"
+#include "engine/api/place_table.h"
 #include "engine/ballot.h"
 
 namespace ballot::api {
@@ -89,11 +90,11 @@ class DeviceUse : DeviceHold {
   explicit DeviceUse(DeviceState& device) : DeviceHold(device) { device.gpu->flush(); }
 };
 
-/// A mesh of a scene: its triangles are [first, first + triangles).
+/// A mesh of a scene: its triangles are [first, first + triangles) of the scene's arrays.
 struct MeshState {
-  std::uint32_t id = 0;
   std::size_t first = 0, triangles = 0, vertices = 0;
   std::vector<std::uint32_t> indices;  // empty: vertices in turn
+  std::optional<Bounds> bounds = {};   // in its own space; found when somebody asks
 };
 
 struct SceneState {
@@ -101,13 +102,13 @@ struct SceneState {
     const DeviceHold hold(*device);
     engine.reset();
   }
-  /// Returns the meshes and instances that hits are told by; null if all triangles are numbered through the scene.
-  const Forest* places() const { return from_file ? nullptr : engine->forest(); }
+  /// Takes a finished scene, the ids of its triangles and the options of its engine.
+  void open(Scene scene, IdSource ids, const EngineOptions& options, const Progress& progress);
 
   std::shared_ptr<DeviceState> device;
   std::unique_ptr<Engine> engine;
   std::vector<MeshState> meshes;
-  bool from_file = false;
+  std::optional<PlaceTable> places;  // there with the engine
   UpdateMode update = UpdateMode::Auto;
   std::uint64_t refits = 0;     // since the last build
   std::vector<Triangle> spare;  // of the last update; the next one is put there
@@ -121,6 +122,12 @@ struct BufferState;
 /// Throws Refused if a buffer is of another device than the scene, or has fewer records.
 void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint64_t count, const char* call,
                   const char* what);
+
+/// Writes a name for a caller, cut off if there is no room for all of it.
+template <std::size_t kRoom>
+void write_name(char (&to)[kRoom], const std::string& name) {
+  to[name.copy(to, kRoom - 1)] = 0;
+}
 
 /// Builds the tree of a scene anew if it is to follow what moves by itself and has lost more time than that takes. The
 /// device's mutex is held.

@@ -170,10 +170,10 @@ TreeLayout tree_layout(const Scene& scene) {
     joins[mesh] = mesh == before + 1 && all.mesh_labels[mesh].in_world && all.mesh_labels[before].in_world;
   }
   TreeLayout to;
-  std::vector<std::uint32_t> number(all.meshes());  // of each mesh in the layout
-  for (std::size_t m = 0; m < number.size(); ++m) {
+  to.tree_of.resize(all.meshes());
+  for (std::size_t m = 0; m < to.tree_of.size(); ++m) {
     if (!joins[m]) to.first.push_back(all.first[m]);
-    number[m] = static_cast<std::uint32_t>(to.first.size() - 1);
+    to.tree_of[m] = static_cast<std::uint32_t>(to.first.size() - 1);
   }
   to.first.push_back(all.first.back());
   to.placements.reserve(all.placements.size());
@@ -181,7 +181,7 @@ TreeLayout tree_layout(const Scene& scene) {
   for (std::uint32_t i = 0; i < all.placements.size(); ++i) {
     const Placement& p = all.placements[i];
     if (joins[p.mesh]) continue;
-    to.placements.push_back({number[p.mesh], p.transform});
+    to.placements.push_back({to.tree_of[p.mesh], p.transform});
     to.from.push_back(i);
   }
   return to;

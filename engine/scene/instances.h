@@ -61,9 +61,16 @@ Bounds bounds_of_instances(const Scene& scene);
 /// The meshes and placements of a scene as its trees have them. Meshes that lie in the world and follow one another are
 /// one mesh here, so that one tree holds them: in a flat scene, all.
 struct TreeLayout {
-  std::vector<std::size_t> first;     // as SceneInstances::first
-  std::vector<Placement> placements;  // their triangles are numbered as those of the scene are
-  std::vector<std::uint32_t> from;    // of each, the first of the scene's placements that it stands for
+  std::vector<std::size_t> first;      // as SceneInstances::first
+  std::vector<Placement> placements;   // their triangles are numbered as those of the scene are
+  std::vector<std::uint32_t> from;     // of each, the first of the scene's placements that it stands for
+  std::vector<std::uint32_t> tree_of;  // of each mesh of the scene, its mesh here
+
+  /// Returns true if a mesh of the scene lies in one tree with others.
+  bool shares(std::size_t mesh) const {
+    return (mesh > 0 && tree_of[mesh - 1] == tree_of[mesh]) ||
+           (mesh + 1 < tree_of.size() && tree_of[mesh + 1] == tree_of[mesh]);
+  }
 };
 TreeLayout tree_layout(const Scene& scene);
 

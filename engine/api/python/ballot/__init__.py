@@ -68,7 +68,7 @@ from ._picture import Picture, render
 from ._query import Times
 from ._raycasting import RaycastingScene
 from ._scene import Scene
-from ._scene_info import Animation, MeshInfo, SceneInfo
+from ._scene_info import Animation, InstanceInfo, MeshInfo, SceneInfo
 
 __version__ = version()
 
@@ -82,6 +82,7 @@ __all__ = [
     "Device",
     "DeviceInfo",
     "Error",
+    "InstanceInfo",
     "Job",
     "MeshInfo",
     "Picture",

@@ -20,24 +20,43 @@ def load_scene(
     split_budget: float = 0.5,
     cache: bool = True,
     instances: str = "auto",
+    ids: str = "mesh",
+    updates: str = "auto",
 ) -> Scene:
-    """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file: one mesh of id 0, with the file's cameras and materials.
+    """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials.
 
     instances    meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation
-                 moves as a whole; such a scene takes no queries of points and crossings. "copy": each use is a moved
-                 copy. "auto": kept where that saves 4 million triangles and half of the scene's, or where copies would
-                 not fit into memory. Hits have the same numbers in all three.
+                 moves as a whole. "copy": each use is a moved copy. "auto": kept where that saves 4 million triangles
+                 and half of the scene's, or where copies would not fit into memory. HIT's prim is the same in all three
+    ids          what the column "mesh_ids" holds, by the numbers of the file. "mesh": the mesh of glTF, the group of
+                 OBJ; 0 where a file has one mesh. "node": the node of glTF, else as "mesh". "material": the material
+
+    Scene.meshes lists the nodes of glTF that place triangles, or the groups of OBJ, else the whole; Scene.instances
+    those of meshes that are kept once.
 
     Other arguments as Scene. Gives a PrecisionWarning if the file lies so far from the origin that float32 rounds its
     numbers by more than 2^-20 of the scene's size. Raises Error, which names file and place, if the file cannot be
-    read. Pickling the scene stores the path and the time that was set.
+    read. Pickling the scene stores the path, the time that was set, and what was
+    moved.
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))
-    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, "auto", 0, instances)
+    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, updates, 0, instances, ids)
     scene.__setstate__({"device": device, "options": options, "path": name})
     _warn_of_rounding(scene, name)
     return scene
+
+
+def _world_corners(scene: Scene) -> np.ndarray:
+    """Returns the corners of all triangles where they lie in the world: (n, 3, 3) float32."""
+    corners, meshes = scene.triangles(), scene.meshes
+    if not scene.info.instances:
+        return corners
+    parts = [corners[:0]]
+    for i in scene.instances:
+        own = corners[meshes[i.mesh].first :][: i.triangles].astype(np.float64)
+        parts.append((own @ i.transform[:, :3].T.astype(np.float64) + i.transform[:, 3]).astype(np.float32))
+    return np.concatenate(parts)
 
 
 def _warn_of_rounding(scene: Scene, path: str) -> None:
@@ -47,7 +66,7 @@ def _warn_of_rounding(scene: Scene, path: str) -> None:
     moved = float(np.spacing(np.float32(reach))) / 2
     if not 0 < size * 2.0**-20 < moved:
         return
-    corners = scene.triangles()
+    corners = _world_corners(scene)
     if not (corners.view(np.uint32)[np.abs(corners) >= 2.0 ** np.floor(np.log2(reach))] & 1).any():
         return
     middle = ", ".join(f"{x:.9g}" for x in (low + high) / 2)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _arrays, _errors, _query
+from ._scene_info import InstanceInfo, MeshInfo
 
 
 class Mesh(NamedTuple):
@@ -125,6 +126,15 @@ def boxes(meshes: list[Mesh]) -> tuple[np.ndarray, np.ndarray]:
     """Returns the middle and half the size of the bounds of each mesh: (m, 3) float64 both."""
     bounds = np.array([(m.vertices.min(axis=0), m.vertices.max(axis=0)) for m in meshes], np.float64).reshape(-1, 2, 3)
     return bounds.mean(axis=1), (bounds[:, 1] - bounds[:, 0]) / 2
+
+
+def places(
+    instances: list[InstanceInfo], meshes: list[MeshInfo]
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """Returns the mesh of each instance, and what boxes() returns of the meshes."""
+    bounds = np.array([(m.lo, m.hi) for m in meshes], np.float64).reshape(-1, 2, 3)
+    which = np.array([i.mesh for i in instances], np.uint32)
+    return which, (bounds.mean(axis=1), (bounds[:, 1] - bounds[:, 0]) / 2)
 
 
 def transforms(given: Any, which: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

@@ -173,7 +173,7 @@ class Queries(Closable):
                     the device leaves open
         cull        "back" or "front": leave out triangles that a ray meets from there. The front is the side from
                     which the vertices run counter-clockwise
-        mesh_masks  a whole number below 2^32 for each mesh, in the order in which the scene was made of them
+        mesh_masks  a whole number below 2^32 for each mesh, in the order of `meshes`; its instances have it
         ray_masks   the same for each ray: a mesh is left out if its mask shares no bit with the ray's
         alpha       True: leave out a triangle where its surface stops nothing: where the alpha of material, texture and
                     vertex colours is below the cutoff of a mask, or 0. Changes nothing where all surfaces are opaque,

@@ -16,7 +16,7 @@ from ._errors import Error
 from ._job import Job
 from ._points import Queries
 from ._query import Times
-from ._scene_info import Animation, MeshInfo, SceneInfo
+from ._scene_info import Animation, InstanceInfo, MeshInfo, SceneInfo
 
 Progress = Callable[[float], Any]
 
@@ -108,8 +108,12 @@ class Scene(Queries):
         self._instances = _mesh.instances(instances, instance_meshes, self._bounds)
         self._open([tuple(m) for m in made])
         self._meshes = [_mesh.kept(m, t, n) for m, (_, t), n in zip(made, given, directions)]
+        self._moved, self._placed, self._which = set(), None, self._instances[1] if self._instances else None
 
     _handle: _ballot.Scene
+    _moved: set[int]  # of a file's scene: the meshes that update() has moved
+    _placed: np.ndarray | None  # and the matrices of update_instances()
+    _which: np.ndarray | None  # the mesh of each instance; None: not known yet
 
     def _open(self, source: Any) -> None:
         source = os.fsencode(source) if isinstance(source, str) else source
@@ -122,7 +126,13 @@ class Scene(Queries):
 
     @property
     def meshes(self) -> list[MeshInfo]:
-        return [MeshInfo(*self._handle.mesh(i)) for i in range(self.info.meshes)]
+        """The meshes, in the order of their triangles."""
+        return [MeshInfo(*mesh) for mesh in self._handle.meshes()]
+
+    @property
+    def instances(self) -> list[InstanceInfo]:
+        """The instances of the meshes; none if each mesh lies in the world, once."""
+        return [InstanceInfo(*instance) for instance in self._handle.instances()]
 
     @property
     def animations(self) -> list[Animation]:
@@ -148,39 +158,50 @@ class Scene(Queries):
         self._time = time
 
     def triangles(self) -> np.ndarray:
-        """Returns the corners of the triangles: (m, 3, 3) float32."""
+        """Returns the corners of the triangles of each mesh, in its own space: (m, 3, 3) float32. That is the world
+        unless the scene has instances."""
         return self._handle.triangles()
 
     def update(self, mesh: int, vertices: Any) -> None:
-        """Moves the vertices of a mesh.
+        """Moves the vertices of a mesh, in its own space.
 
-        mesh      its index, in the order that the scene was made with
-        vertices  (n, 3) float32 or float64, as many as before; of a mesh without triangles also (m, 3, 3)
+        mesh      its index in `meshes`
+        vertices  (n, 3) float32 or float64, as many as before; of a mesh from a file, or without triangles, its corners
+                  (m, 3, 3) or (3 m, 3)
 
         Later traces find the moved triangles. The scene's `updates` says how the tree moves; one that a triangle gains
         or loses its area in is always built anew. Raises ValueError if the number differs or a coordinate is not
-        finite; the scene is then as it was. After Ctrl-C it may have moved.
+        finite, if the scene has animations, or if the mesh of a file lies in one tree with others (load it with
+        instances="copy"); the scene is then as it was. After Ctrl-C it may have moved.
         """
         number = _query.integer(mesh, "mesh", 0, 2**31)
-        soup = number < len(self._meshes) and self._meshes[number].indices is None
+        soup = self._path is not None or (number < len(self._meshes) and self._meshes[number].indices is None)
         positions = _mesh.positions(vertices, f"mesh {number}: vertices", soup)
         self._handle.update(number, positions)
+        if self._path is not None:
+            self._moved.add(number)
+            self._which = None
         if self._instances:
             for all_boxes, own in zip(self._bounds, _mesh.boxes([self._meshes[number]._replace(vertices=positions)])):
                 all_boxes[number] = own[0]
 
     def update_instances(self, instances: Any) -> None:
-        """Moves the instances of a scene of instances.
+        """Moves the instances of a scene that has some.
 
-        instances  (k, 3, 4) or (k, 4, 4) float32 or float64, as many as before
+        instances  (k, 3, 4) or (k, 4, 4) float32 or float64, a matrix for each of them
 
-        Builds the tree over the instances alone. Raises ValueError if the number differs or a matrix is refused; the
-        scene is then as it was.
+        Moves the tree over the instances alone. Raises ValueError if the number differs, a matrix is refused, or the
+        scene has animations; the scene is then as it was. Instances of a file's mesh that lies in one tree with others
+        take the identity alone.
         """
-        which = self._instances[1] if self._instances else np.empty(0, np.uint32)
-        transforms = _mesh.transforms(instances, which, self._bounds)
+        if self._which is None:
+            self._which, self._bounds = _mesh.places(self.instances, self.meshes)
+        transforms = _mesh.transforms(instances, self._which, self._bounds)
         self._handle.update_instances(transforms)
-        self._instances = (transforms, *self._instances[1:])
+        if self._path is None:
+            self._instances = (transforms, *self._instances[1:])
+        else:
+            self._placed = transforms
 
     def trace(
         self,
@@ -253,7 +274,7 @@ class Scene(Queries):
 
         columns  "t"         (...) float32: distance; on a miss infinity
                  "prims"     (...) uint32: number of the triangle within its mesh; on a miss MISS
-                 "mesh_ids"  (...) uint32: id of the mesh; on a miss MISS
+                 "mesh_ids"  (...) uint32: id of the mesh, or as load_scene(ids=) says; on a miss MISS
                  "uvs"       (..., 2) float32: weights of the vertices 1 and 2; on a miss 0
                  "normals"   (..., 3) float32: unit normal, by the right-hand rule over the vertices; on a miss 0
                  "occluded"  (...) bool: True for a hit
@@ -346,18 +367,18 @@ class Scene(Queries):
             info = self.info
         except Error as error:  # such as one that was made before fork()
             return f"<ballot.Scene, {error.code.name.lower()}>"
-        placed = f" in {info.instances} instances" if self._instances else ""
+        placed = f" in {info.instances} instances" if info.instances else ""
         return f"<ballot.Scene of {info.triangles} triangles{placed}>"
 
     def __getstate__(self) -> dict[str, Any]:
         state: dict[str, Any] = {"device": self._device, "options": self._options, "path": self._path}
         state |= {"instances": self._instances, "time": self._time}
+        if self._path is not None and not self._moved:
+            return state | {"placed": self._placed}
+        corners = np.split(self.triangles(), [i.first for i in self.meshes][1:])
         if self._path is None:
-            corners, parts = self.triangles(), self.meshes
-            state["meshes"] = [
-                tuple(_mesh.restored(m, corners[i.first : i.first + i.triangles])) for m, i in zip(self._meshes, parts)
-            ]
-        return state
+            return state | {"meshes": [tuple(_mesh.restored(m, c)) for m, c in zip(self._meshes, corners)]}
+        return state | {"placed": self._placed, "moved": {m: corners[m].copy() for m in self._moved}}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._device, self._options, self._path = state["device"], state["options"], state["path"]
@@ -365,6 +386,12 @@ class Scene(Queries):
         self._instances = _mesh.readable(state.get("instances", ()))
         self._bounds = _mesh.boxes(meshes if self._instances else [])
         self._open(self._path if self._path is not None else meshes)
+        self._placed, moved = state.get("placed"), state.get("moved", {})
+        self._moved, self._which = set(moved), self._instances[1] if self._instances else None
+        for number, corners in moved.items():
+            self._handle.update(number, _arrays.contiguous(corners.reshape(-1, 3)))
+        if self._placed is not None:
+            self._handle.update_instances(_arrays.contiguous(self._placed))
         self._time = state.get("time")
         if self._time is not None:
             self._handle.set_time(*self._time)

@@ -17,8 +17,9 @@ def options(
     updates: str,
     expected_rays: float,
     instances: str = "auto",
-) -> tuple[str, int, float, bool, str, float, str]:
-    for name, text in (("builder", builder), ("updates", updates), ("instances", instances)):
+    ids: str = "mesh",
+) -> tuple[str, int, float, bool, str, float, str, str]:
+    for name, text in (("builder", builder), ("updates", updates), ("instances", instances), ("ids", ids)):
         _query.text(text, name)
     rays = _query.number(expected_rays, "expected_rays")
     if rays < 0:
@@ -34,6 +35,7 @@ def options(
         updates,
         rays,
         instances,
+        ids,
     )
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 
 class SceneInfo(NamedTuple):
     """What a scene holds, and its tree."""
 
-    triangles: int
+    triangles: int  # of all meshes
     degenerate: int  # triangles without area; never hit
     meshes: int
     views: int
@@ -19,7 +21,7 @@ class SceneInfo(NamedTuple):
     depth: int
     sah: float  # expected cost of a random ray that meets the bounds; 0 with instances
     build_seconds: float  # of the last build of the tree
-    instances: int  # of a scene of instances, or of meshes that a file's scene keeps once; else 0
+    instances: int  # 0: each mesh lies in the world, once
     instance_triangles: int  # counted through all instances
     top_seconds: float  # of the last build or refit of the tree over the instances
     decay: float  # sah divided by that at the last build: traces are slower by about this factor
@@ -42,6 +44,22 @@ class MeshInfo(NamedTuple):
     instances.
     """
 
-    id: int
+    name: str  # as in the file, or "mesh N"; cut off after 255 bytes
+    id: int  # as the scene was made with, or of the mesh or group in the file
     first: int
     triangles: int
+    lo: tuple[float, float, float]  # its bounds, in its own space; zero if it has no triangle
+    hi: tuple[float, float, float]
+
+
+class InstanceInfo(NamedTuple):
+    """An instance of a mesh. Its triangles are first to first + triangles - 1 of HIT's prim."""
+
+    name: str  # of its node in the file, else of its mesh; cut off after 255 bytes
+    id: int  # its node in the file; else its own number
+    mesh: int  # number of its mesh
+    first: int
+    triangles: int
+    transform: np.ndarray  # (3, 4) float32
+    lo: tuple[float, float, float]  # a box in the world that holds it; zero if it has no triangle
+    hi: tuple[float, float, float]

@@ -53,12 +53,12 @@ struct MeshArrays {
 };
 
 /// The settings of a scene as Python gives them.
-using Settings = std::tuple<std::string, std::uint32_t, float, bool, std::string, double, std::string>;
+using Settings = std::tuple<std::string, std::uint32_t, float, bool, std::string, double, std::string, std::string>;
 
 SceneOptions options_of(const Settings& settings) {
-  const auto& [builder, max_leaf, split_budget, cache, update, expected_rays, instances] = settings;
+  const auto& [builder, max_leaf, split_budget, cache, update, expected_rays, instances, ids] = settings;
   if (max_leaf < 1) throw Error(Code::Argument, "max_leaf is 0; expected 1 to 6");
-  return {builder, max_leaf, split_budget, cache, update, expected_rays, false, instances};
+  return {builder, max_leaf, split_budget, cache, update, expected_rays, false, instances, ids};
 }
 
 std::vector<MeshArrays> arrays_of(const nb::list& meshes) {
@@ -112,17 +112,35 @@ void load_scene(SceneObject* self, const DeviceObject& device, const nb::bytes& 
   new (self) SceneObject(watched(device.use(), nb::none(), call));
 }
 
-Objects info_of(const SceneObject& self) {
-  const SceneInfo i = watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.info(); });
-  return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, nb::make_tuple(i.lo[0], i.lo[1], i.lo[2]),
-                        nb::make_tuple(i.hi[0], i.hi[1], i.hi[2]), i.nodes, i.leaves, i.depth, i.sah, i.build_seconds,
-                        i.instances, i.instance_triangles, i.top_seconds, i.decay, i.update_seconds, i.refits);
+/// Returns a name of a file as Python's text, whatever its bytes are.
+nb::object text_of(const std::string& name) {
+  return nb::steal(PyUnicode_DecodeUTF8(name.data(), Py_ssize_t(name.size()), "replace"));
 }
 
-std::tuple<std::uint32_t, std::uint64_t, std::uint64_t> mesh_of(const SceneObject& self, std::size_t mesh) {
-  auto info = BALLOT_INIT(BallotMeshInfo);
-  without_gil(self.use(), [&](const Scene& s) { check(ballot_scene_mesh(s.handle(), mesh, &info)); });
-  return {info.id, info.first, info.triangles};
+nb::tuple tuple_of(const float (&v)[3]) { return nb::make_tuple(v[0], v[1], v[2]); }
+
+Objects info_of(const SceneObject& self) {
+  const SceneInfo i = watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.info(); });
+  return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, tuple_of(i.lo), tuple_of(i.hi), i.nodes, i.leaves,
+                        i.depth, i.sah, i.build_seconds, i.instances, i.instance_triangles, i.top_seconds, i.decay,
+                        i.update_seconds, i.refits);
+}
+
+ObjectList meshes(const SceneObject& self) {
+  ObjectList all = nb::list();
+  for (const MeshInfo& i : watched(self.use(), nb::none(), [](const Scene&s, Watch&) { return s.meshes(); }))
+    all.append(nb::make_tuple(text_of(i.name), i.id, i.first, i.triangles, tuple_of(i.lo), tuple_of(i.hi)));
+  return all;
+}
+
+/// Their transforms come as arrays (3, 4).
+ObjectList instances(const SceneObject& self) {
+  ObjectList all = nb::list();
+  for (const InstanceInfo& i : watched(self.use(), nb::none(), [](const Scene&s, Watch&) { return s.instances(); }))
+    all.append(nb::make_tuple(text_of(i.name), i.id, i.mesh, i.first, i.triangles,
+                              array_of(std::vector<float>(i.transform, i.transform + 12), {3, 4}), tuple_of(i.lo),
+                              tuple_of(i.hi)));
+  return all;
 }
 
 void update(const SceneObject& self, std::size_t mesh, const nb::object& vertices) {
@@ -135,7 +153,7 @@ void update(const SceneObject& self, std::size_t mesh, const nb::object& vertice
 ObjectList animations(const SceneObject& self) {
   ObjectList all = nb::list();
   for (const AnimationInfo& i : without_gil(self.use(), [](const Scene& s) { return s.animations(); }))
-    all.append(nb::make_tuple(i.name, i.seconds, i.channels));
+    all.append(nb::make_tuple(text_of(i.name), i.seconds, i.channels));
   return all;
 }
 
@@ -162,7 +180,8 @@ void bind_scenes(nb::module_& m) {
       .def("close", &SceneObject::close)
       .def_prop_ro("closed", &SceneObject::closed)
       .def("info", &info_of)
-      .def("mesh", &mesh_of)
+      .def("meshes", &meshes)
+      .def("instances", &instances)
       .def("update", &update)
       .def("update_instances", &update_instances)
       .def("animations", &animations)

@@ -43,6 +43,17 @@ class Instances(unittest.TestCase):
         info = self.scene.info
         self.assertEqual((info.instances, info.instance_triangles, info.triangles), (4, 28, 14))
 
+    def test_infos(self):
+        infos = self.scene.instances
+        self.assertEqual([tuple(i)[:5] for i in infos][1:3], [("mesh 0", 1, 0, 12, 12), ("mesh 1", 2, 1, 24, 2)])
+        for info, transform in zip(infos, self.transforms):
+            np.testing.assert_array_equal(info.transform, transform[:3])
+        self.assertEqual((infos[1].lo, infos[1].hi), ((8, -2, -2), (12, 2, 2)))
+
+    def test_masks_are_of_meshes(self):
+        counts = self.scene.count_crossings(down((0.25, 0.3)), mesh_masks=[0, 1])
+        self.assertEqual(counts.tolist(), [1])
+
     def test_hits_are_those_of_moved_copies(self):
         vertices, triangles = [], []
         for m, (v, t) in zip(self.transforms, [CUBE, CUBE, SQUARE, SQUARE]):

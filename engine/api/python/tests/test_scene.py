@@ -1,5 +1,7 @@
 """Scenes: what they are made of, moved, described and pickled."""
 
+import base64
+import json
 import os
 import pathlib
 import pickle
@@ -10,6 +12,7 @@ import unittest
 import ballot
 import numpy as np
 import reference as ref
+from ballot import _load
 
 UP = np.float32([[0.25, 0.3, 5, 0, 0, -1]])
 
@@ -24,7 +27,8 @@ class Scenes(unittest.TestCase):
         self.assertGreater(info.nodes, 0)
         self.assertGreaterEqual(info.build_seconds, 0)
         np.testing.assert_array_equal(scene.triangles(), ref.CUBE_VERTICES[ref.CUBE_TRIANGLES])
-        self.assertEqual(scene.meshes, [ballot.MeshInfo(0, 0, 12)])
+        self.assertEqual(scene.meshes, [ballot.MeshInfo("scene", 0, 0, 12, (-1,) * 3, (1,) * 3)])
+        self.assertEqual(scene.instances, [])
         self.assertIn("12 triangles", repr(scene))
 
     def test_meshes_that_are_kept_once(self):
@@ -32,12 +36,58 @@ class Scenes(unittest.TestCase):
         kept, copied = (ballot.load_scene(path, cache=False, instances=policy) for policy in ("keep", "copy"))
         self.assertGreater(kept.info.instances, 1)
         self.assertEqual(copied.info.instances, 0)
-        np.testing.assert_allclose(kept.triangles(), copied.triangles(), atol=1e-5)
+        np.testing.assert_allclose(_load._world_corners(kept), copied.triangles(), atol=1e-5)
+        self.assertEqual([i.name for i in kept.instances], [m.name for m in copied.meshes])
         self.assertEqual(pickle.loads(pickle.dumps(kept)).info.instances, kept.info.instances)
+        with self.assertRaisesRegex(ValueError, "animations move it"):
+            kept.update_instances(np.stack([i.transform for i in kept.instances]))
         with self.assertRaisesRegex(ValueError, "auto, keep, copy"):
             ballot.load_scene(path, instances="kept")
         with self.assertRaises(TypeError):
             ballot.load_scene(path, instances=3)
+
+    def test_parts_of_files(self):
+        points = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+        data = base64.b64encode(points.tobytes()).decode()
+        gltf = {
+            "asset": {"version": "2.0"},
+            "scenes": [{"nodes": [0, 1]}],
+            "nodes": [{"name": "left", "mesh": 0}, {"name": "right", "mesh": 0, "translation": [3, 0, 0]}],
+            "materials": [{}, {}],
+            "meshes": [{"name": "plate", "primitives": [{"attributes": {"POSITION": 0}, "material": 1}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "buffers": [{"byteLength": 36, "uri": f"data:application/octet-stream;base64,{data}"}],
+        }
+        rays = np.float32([[0.2, 0.2, 2, 0, 0, -1], [3.2, 0.2, 2, 0, 0, -1]])
+        columns = ("t", "prims", "mesh_ids", "instances")
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "plates.gltf")
+            path.write_text(json.dumps(gltf), encoding="ascii")
+            for ids, expected in (("mesh", [0, 0]), ("node", [0, 1]), ("material", [1, 1])):
+                for policy in ("keep", "copy"):
+                    scene = ballot.load_scene(path, cache=False, instances=policy, ids=ids)
+                    found = scene.trace_columns(rays, columns)
+                    self.assertEqual(found["mesh_ids"].tolist(), expected)
+                    self.assertEqual(found["prims"].tolist(), [0, 0])
+                    self.assertEqual(found["instances"].tolist(), [0, int(policy == "keep")])
+            self.assertEqual([m.name for m in scene.meshes], ["left", "right"])
+            with self.assertRaisesRegex(ValueError, "mesh, node, material"):
+                ballot.load_scene(path, ids="name")
+            scene = ballot.load_scene(path, cache=False, instances="keep")
+            self.assertEqual([(m.name, m.id, m.first, m.triangles) for m in scene.meshes], [("plate", 0, 0, 1)])
+            found = [(i.name, i.id, i.mesh, i.first) for i in scene.instances]
+            self.assertEqual(found, [("left", 0, 0, 0), ("right", 1, 0, 1)])
+            places = np.stack([i.transform for i in scene.instances]).astype(np.float64)
+            places[1, 2, 3] = 0.5
+            scene.update_instances(places)
+            scene.update(0, points + np.float32([0, 0, 1]))
+            for moved in (scene, pickle.loads(pickle.dumps(scene))):
+                self.assertEqual(moved.trace_columns(rays, columns)["t"].tolist(), [1, 0.5])
+            self.assertEqual((scene.instances[1].lo, scene.instances[1].hi), ((3, 0, 1.5), (4, 1, 1.5)))
+            places[1, 2, 3] = 1e9 + 1 / 3
+            with self.assertWarnsRegex(ballot.PrecisionWarning, "moves instance 1"):
+                scene.update_instances(places)
 
     def test_animations(self):
         path = pathlib.Path(__file__).resolve().parents[4] / "scenes" / "dance.gltf"
@@ -106,7 +156,8 @@ class Scenes(unittest.TestCase):
         cube = (ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
         high = (ref.CUBE_VERTICES + np.float32([0, 0, 10]), ref.CUBE_TRIANGLES)
         scene = ballot.Scene(meshes=[cube, high], ids=[7, 4000000000])
-        self.assertEqual(scene.meshes, [ballot.MeshInfo(7, 0, 12), ballot.MeshInfo(4000000000, 12, 12)])
+        self.assertEqual([tuple(m)[:4] for m in scene.meshes], [("mesh 0", 7, 0, 12), ("mesh 1", 4000000000, 12, 12)])
+        self.assertEqual((scene.meshes[1].lo, scene.meshes[1].hi), ((-1, -1, 9), (1, 1, 11)))
         got = scene.trace_columns(np.float32([[0.2, 0.3, 5, 0, 0, -1], [0.2, 0.3, 5, 0, 0, 1], [9, 9, 9, 0, 0, 1]]))
         self.assertEqual(got["mesh_ids"].tolist(), [7, 4000000000, ballot.MISS])
         self.assertTrue((got["prims"][:2] < 12).all())
@@ -184,8 +235,11 @@ class Scenes(unittest.TestCase):
             self.assertEqual(scene.trace([[0, 0, 2, 0, 0, -1]])["t"].tolist(), [2])
             again = pickle.loads(pickle.dumps(scene))
             self.assertEqual(again.info.triangles, 1)
-            with self.assertRaisesRegex(ValueError, "loaded from a file"):
-                scene.update(0, np.zeros((3, 3), np.float32))
+            scene.update(0, np.float32([[[-1, -1, 1], [1, -1, 1], [0, 1, 1]]]))
+            for moved in (scene, pickle.loads(pickle.dumps(scene))):
+                self.assertEqual(moved.trace([[0, 0, 2, 0, 0, -1]])["t"].tolist(), [1])
+            with self.assertRaisesRegex(ValueError, "4 vertices"):
+                scene.update(0, np.zeros((4, 3), np.float32))
             with open(path, "w", encoding="ascii") as file:
                 file.write("v a b c\nf 1 2 3\n")
             with self.assertRaisesRegex(ballot.Error, "one.obj"):

@@ -1,0 +1,198 @@
+// Scenes of files by the installed library: their meshes and instances, ids, and parts that move.
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "api.h"
+#include "tests/temporary.h"
+
+namespace {
+
+// The node before the last is of mesh 0, the last of mesh 2; mesh 1 has two nodes.
+constexpr const char* kPlates = R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+ "nodes": [{"children": [1, 2, 3, 4]}, {"name": "left", "mesh": 1},
+           {"name": "right", "mesh": 1, "translation": [3, 0, 0]},
+           {"name": "lone", "mesh": 0, "translation": [0, 3, 0]}, {"mesh": 2, "translation": [3, 3, 0]}],
+ "materials": [{"name": "red"}, {"name": "blue"}],
+ "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 1}]},
+            {"name": "plate", "primitives": [{"attributes": {"POSITION": 0}, "material": 0}]},
+            {"name": "last", "primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0],
+                "max": [1, 1, 0]}],
+ "bufferViews": [{"buffer": 0, "byteLength": 36}],
+ "buffers": [{"byteLength": 36,
+              "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+constexpr const char* kGroups =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 3 0 0\nv 4 0 0\nv 3 1 0\n"
+    "g door\nf 1 2 3\nf 1 3 2\ng wing\nf 4 5 6\n";
+
+using Numbers = std::vector<std::uint32_t>;
+
+/// What rays down on the four plates, and one beside them, find.
+struct Found {
+  std::vector<ballot::Hit> hits{5};
+  Numbers prims = Numbers(5), ids = Numbers(5), instances = Numbers(5);
+  std::vector<float> t = std::vector<float>(5);
+  explicit Found(const ballot::Scene& scene) {
+    std::vector<ballot::Ray> rays;
+    for (const auto& [x, y] : {std::pair{0, 0}, {3, 0}, {0, 3}, {3, 3}, {9, 9}})
+      rays.push_back({{float(x) + 0.25f, float(y) + 0.25f, 2}, 0, {0, 0, -1}, 10});
+    scene.trace(rays, {.hits = hits.data(),
+                       .t = t.data(),
+                       .prims = prims.data(),
+                       .mesh_ids = ids.data(),
+                       .instances = instances.data()});
+  }
+};
+
+class ApiParts : public Api {
+ protected:
+  ballot::Scene load(const char* name, const char* text, const ballot::SceneOptions& options) {
+    return ballot::Scene::load(*device_, folder_.write(name, text).string(), options);
+  }
+  ballot::test::TemporaryFolder folder_;
+};
+
+template <class Info>
+std::vector<std::string> names_of(const std::vector<Info>& all) {
+  std::vector<std::string> names;
+  for (const Info& i : all) names.push_back(i.name);
+  return names;
+}
+
+template <class Info>
+Numbers ids_of(const std::vector<Info>& all) {
+  Numbers ids;
+  for (const Info& i : all) ids.push_back(i.id);
+  return ids;
+}
+
+TEST_F(ApiParts, NodesAreMeshesOfAFlatScene) {
+  const ballot::Scene scene = load("plates.gltf", kPlates, {.instances = "copy"});
+  const auto meshes = scene.meshes();
+  EXPECT_EQ(names_of(meshes), (std::vector<std::string>{"left", "right", "lone", "last"}));
+  EXPECT_EQ(ids_of(meshes), (Numbers{1, 1, 0, 2}));
+  EXPECT_TRUE(scene.instances().empty());
+  for (std::size_t m = 0; m < 4; ++m) {
+    EXPECT_EQ(meshes[m].first, m);
+    EXPECT_EQ(meshes[m].triangles, 1u);
+  }
+  EXPECT_EQ(meshes[3].lo[0], 3);
+  EXPECT_EQ(meshes[3].hi[1], 4);
+  const Found found(scene);
+  EXPECT_EQ(found.prims, (Numbers{0, 0, 0, 0, ballot::kMiss}));
+  EXPECT_EQ(found.ids, (Numbers{1, 1, 0, 2, ballot::kMiss}));
+  EXPECT_EQ(found.instances, (Numbers{0, 0, 0, 0, ballot::kMiss}));
+}
+
+TEST_F(ApiParts, NodesAreInstancesOfMeshesThatAreKeptOnce) {
+  const ballot::Scene scene = load("plates.gltf", kPlates, {.instances = "keep"});
+  const auto meshes = scene.meshes();
+  const auto instances = scene.instances();
+  EXPECT_EQ(names_of(meshes), (std::vector<std::string>{"plate", "lone", "last"}));
+  EXPECT_EQ(ids_of(meshes), (Numbers{1, 0, 2}));
+  EXPECT_EQ(names_of(instances), (std::vector<std::string>{"left", "right", "lone", "last"}));
+  EXPECT_EQ(ids_of(instances), (Numbers{1, 2, 3, 4}));
+  const Numbers which{0, 0, 1, 2};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(instances[i].mesh, which[i]);
+    EXPECT_EQ(instances[i].first, i);
+    EXPECT_EQ(instances[i].triangles, 1u);
+  }
+  EXPECT_EQ(instances[1].transform[3], 3);
+  EXPECT_EQ(instances[1].lo[0], 3);
+  EXPECT_EQ(instances[1].hi[1], 1);
+  EXPECT_EQ(scene.info().triangles, 3u);
+  EXPECT_EQ(scene.info().instances, 4u);
+  EXPECT_EQ(scene.info().instance_triangles, 4u);
+  const Found found(scene);
+  EXPECT_EQ(found.prims, (Numbers{0, 0, 0, 0, ballot::kMiss}));
+  EXPECT_EQ(found.ids, (Numbers{1, 1, 0, 2, ballot::kMiss}));
+  EXPECT_EQ(found.instances, (Numbers{0, 1, 2, 3, ballot::kMiss}));
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(found.hits[i].prim, i);
+}
+
+TEST_F(ApiParts, IdsAreThoseOfMeshesNodesOrMaterials) {
+  for (const char* policy : {"keep", "copy"}) {
+    const auto ids = [&](const char* source) {
+      return Found(load("plates.gltf", kPlates, {.instances = policy, .ids = source})).ids;
+    };
+    EXPECT_EQ(ids("mesh"), (Numbers{1, 1, 0, 2, ballot::kMiss})) << policy;
+    EXPECT_EQ(ids("node"), (Numbers{1, 2, 3, 4, ballot::kMiss})) << policy;
+    EXPECT_EQ(ids("material"), (Numbers{0, 0, 1, 0, ballot::kMiss})) << policy;
+  }
+  std::string text;
+  EXPECT_EQ(code_of([&] { load("plates.gltf", kPlates, {.ids = "name"}); }, &text), Code::Argument);
+  EXPECT_NE(text.find("'name'; there are: mesh, node, material"), std::string::npos) << text;
+}
+
+TEST_F(ApiParts, GroupsOfObjAreMeshes) {
+  ballot::Scene scene = load("house.obj", kGroups, {});
+  const auto meshes = scene.meshes();
+  EXPECT_EQ(names_of(meshes), (std::vector<std::string>{"door", "wing"}));
+  EXPECT_EQ(ids_of(meshes), (Numbers{0, 1}));
+  EXPECT_EQ(meshes[1].first, 2u);
+  const Found found(scene);
+  EXPECT_EQ(found.prims[1], 0u);
+  EXPECT_EQ(found.hits[1].prim, 2u);
+  EXPECT_EQ(found.ids[1], 1u);
+  const Numbers masks{1, 2}, rays{2};
+  const ballot::Ray ray{{0.25f, 0.25f, 2}, 0, {0, 0, -1}, 10};
+  EXPECT_EQ(scene.count_crossings({&ray, 1}, {.mesh_masks = masks, .ray_masks = rays}), Numbers{0});
+  scene.update(1, std::vector<float>{3, 0, 1, 4, 0, 1, 3, 1, 1});
+  EXPECT_EQ(Found(scene).t[1], 1);
+  EXPECT_EQ(Found(scene).t[0], 2);
+  EXPECT_EQ(scene.meshes()[1].lo[2], 1);
+  std::string text;
+  EXPECT_EQ(code_of([&] { scene.update(1, std::vector<float>(6)); }, &text), Code::Argument);
+  EXPECT_NE(text.find("2 vertices, but the mesh was made with 3"), std::string::npos) << text;
+}
+
+// Masks of meshes hold for all their instances.
+TEST_F(ApiParts, MasksAreOfMeshes) {
+  const ballot::Scene scene = load("plates.gltf", kPlates, {.instances = "keep"});
+  std::vector<ballot::Ray> rays;
+  for (const float x : {0.25f, 3.25f})
+    for (const float y : {0.25f, 3.25f}) rays.push_back({{x, y, 2}, 0, {0, 0, -1}, 10});
+  EXPECT_EQ(scene.count_crossings(rays, {.mesh_masks = Numbers{1, 2, 1}, .ray_masks = Numbers{1, 1, 1, 1}}),
+            (Numbers{1, 0, 1, 1}));
+}
+
+TEST_F(ApiParts, PartsOfALoadedSceneMove) {
+  ballot::Scene scene = load("plates.gltf", kPlates, {.instances = "keep"});
+  scene.update(0, std::vector<float>{0, 0, 1, 1, 0, 1, 0, 1, 1});
+  EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 1, 2, 2, INFINITY}));
+  std::vector<float> places;
+  for (const auto& i : scene.instances()) places.insert(places.end(), i.transform, i.transform + 12);
+  places[12 + 11] = 0.5f;
+  scene.update_instances(places);
+  EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
+  EXPECT_EQ(scene.instances()[1].lo[2], 1.5f);
+  const std::vector<float> before = places;
+  std::string text;
+  places[24 + 3] = 1;
+  EXPECT_EQ(code_of([&] { scene.update_instances(places); }, &text), Code::Argument);
+  EXPECT_NE(text.find("instance 2: its mesh 1 ('lone') lies in one tree with others"), std::string::npos) << text;
+  EXPECT_EQ(code_of([&] { scene.update(2, std::vector<float>(9)); }, &text), Code::Argument);
+  EXPECT_NE(text.find("mesh 2 ('last') lies in one tree with others"), std::string::npos) << text;
+  places.resize(36);
+  EXPECT_EQ(code_of([&] { scene.update_instances(places); }, &text), Code::Argument);
+  EXPECT_NE(text.find("3 transforms, but the scene has 4 instances"), std::string::npos) << text;
+  EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
+  ballot::Scene copied = load("plates.gltf", kPlates, {.instances = "copy"});
+  copied.update(3, std::vector<float>{3, 3, 1, 4, 3, 1, 3, 4, 1});
+  EXPECT_EQ(Found(copied).t, (std::vector<float>{2, 2, 2, 1, INFINITY}));
+  EXPECT_EQ(code_of([&] { copied.update_instances(before); }, &text), Code::Argument);
+}
+
+TEST_F(ApiParts, AnimationsAloneMoveTheirScene) {
+  const auto file = std::filesystem::path(BALLOT_SOURCE_DIR) / "scenes" / "dance.gltf";
+  for (const char* policy : {"keep", "copy"}) {
+    ballot::Scene scene = ballot::Scene::load(*device_, file.string(), {.instances = policy});
+    std::string text;
+    EXPECT_EQ(code_of([&] { scene.update(0, std::vector<float>(9)); }, &text), Code::Argument);
+    EXPECT_NE(text.find("the scene's animations move it"), std::string::npos) << text;
+  }
+}
+
+}  // namespace
