@@ -181,8 +181,8 @@ class Engine {
   /// Moves the instances of a scene that has some: one transform for each placement of the scene. The top-level tree is
   /// refitted, or built anew once refits have raised its cost by a quarter; the trees of the meshes stay.
   /// Throws Error(Arguments) if the scene is flat, the number differs, a transform cannot be placed (place_instance())
-  /// or moves a mesh whose tree holds others too, Error(Work) if the device fails; the scene is then as it was. Ends the use of batches, films
-  /// and the checker of before.
+  /// or moves a mesh whose tree holds others too, Error(Work) if the device fails; the scene is then as it was. Ends
+  /// the use of batches, films and the checker of before.
   void set_transforms(std::span<const Transform> transforms);
 
   /// Builds the tree anew if queries since its last build have lost more time, because triangles have moved, than a

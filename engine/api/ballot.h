@@ -179,9 +179,9 @@ class Scene {
     return Scene(scene);
   }
 
-  /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh from a file three for each triangle.
-  /// Later traces find the moved triangles. SceneOptions::update says how the tree moves. Throws Error(Argument), which
-  /// names the vertex, if a number is not finite or beyond 1e12 or the count differs, and for the scenes of files that
+  /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh of a file three a triangle. Later
+  /// traces find the moved triangles. SceneOptions::update says how the tree moves. Throws Error(Argument), which names
+  /// the vertex, if a number is not finite or beyond 1e12 or the count differs, and for the scenes of files that
   /// ballot_scene_update() names; the scene is then as it was.
   void update(std::size_t mesh, std::span<const float> positions, std::size_t stride = 0) {
     check(ballot_scene_update(handle_.get(), mesh, positions.data(), detail::vertices(positions, stride), stride));

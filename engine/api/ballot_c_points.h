@@ -62,6 +62,10 @@ typedef struct BallotPointQuery {
  *           pseudonormals for these as rounded to float32. The host decides what the device leaves open, and looks for
  *           each nearest triangle again.
  *
+ * Instances The triangles are those of moved vertices, rounded to float32. By parity a point is inside if it is so of
+ *           an odd number of instances, whose meshes must be closed; M is then that in the space of the mesh, times the
+ *           largest stretch of the matrix, and what the point rounds to there adds to the bound.
+ *
  * Vertices are one if their coordinates are equal. Triangles without area are left out; where one closes a gap, the
  * edges around it count as open. Answers depend neither on the tree nor on the order of the points, with one exception:
  * of a point farther away than 16 times the scene's longest side the nearest triangle may be another one within the

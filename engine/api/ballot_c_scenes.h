@@ -42,9 +42,9 @@ typedef struct BallotSceneOptions {
    * memory of 4 triangles each, would not save half of them, and all meshes of files that deform some over time. Hits
    * are the same but for rounding. */
   const char* instances;
-  /* What BallotHits::mesh_ids holds for a scene file, by the numbers of the file: "mesh": the mesh of glTF, the group of
-   * OBJ; 0 where a file has one mesh. "node": the node of glTF that places the triangle; else as "mesh". "material": the
-   * material of the triangle. NULL: "mesh". Scenes made of meshes have BallotMesh::id. */
+  /* What BallotHits::mesh_ids holds for scene files, by the file's numbers. "mesh": the mesh of glTF, the group of
+   * OBJ; 0 where a file has one mesh. "node": the node of glTF that places the triangle; else as "mesh". "material":
+   * the triangle's. NULL: "mesh". Scenes made of meshes have BallotMesh::id. */
   const char* ids;
   /* Called now and then with the share of the tree that is built, by any thread, one at a time. Returning non-zero ends
    * the call with BALLOT_ERROR_INTERRUPTED. */
@@ -91,17 +91,17 @@ typedef struct BallotInstances {
  *
  * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
  * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between
- * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace such a scene. ballot_render(), and
- * ballot_make_rays() of kinds that start on surfaces, refuse matrices that multiply rounding errors by more than 4096.
+ * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace such a scene. ballot_render() and
+ * ballot_make_rays() refuse matrices that multiply rounding errors by more than 4096.
  * options->cache does nothing; options->builder, NULL: "balanced". options may be NULL. */
 BALLOT_API BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                                       const BallotInstances* instances,
                                                       const BallotSceneOptions* options, BallotScene** scene);
 
-/* Moves the instances of such a scene, or of a file's scene that has some: `count` matrices, one for each. Refits the tree over the instances, or builds it
- * anew once refits have raised its cost by a quarter; the trees of the meshes stay. A failed call leaves the scene as
- * it was. Refused for scenes with animations, and for instances of a mesh that lies in one tree with others, unless the
- * matrix is the identity: meshes of a file that are used once and lie next to each other. stride is in bytes; 0: 48. */
+/* Moves the instances of such a scene, or of a file's scene that has some: `count` matrices, one for each. Refits the
+ * tree over the instances, or builds it anew once refits have raised its cost by a quarter; the trees of the meshes
+ * stay. A failed call leaves the scene as it was. Refused for scenes with animations. Meshes of a file that are used
+ * once and follow each other lie in one tree: their instances take the identity alone. stride is in bytes; 0: 48. */
 BALLOT_API BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* transforms, size_t count,
                                                       size_t stride);
 
@@ -170,8 +170,8 @@ typedef struct BallotMeshInfo {
 /* Tells of a mesh of a scene. */
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info);
 
-/* Writes nine floats for each triangle of each mesh: x, y, z of its three vertices, in the mesh's own space. That is the
- * world unless the scene has instances. */
+/* Writes nine floats for each triangle of each mesh: x, y, z of its three vertices, in the mesh's own space. That is
+ * the world unless the scene has instances. */
 BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles);
 BALLOT_API const char* ballot_scene_error(BallotScene* scene);
 

@@ -119,8 +119,8 @@ struct SceneOptions {
   double expected_rays = 0;    // hint for builder "auto": rays that will be traced in all; 0: unknown
   bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
   /// Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
-  /// whole. "copy": each use is a moved copy. "auto": kept where that saves 4 million triangles and half of the scene's,
-  /// or where copies would not fit into memory.
+  /// whole. "copy": each use is a moved copy. "auto": kept where that saves 4 million triangles and half of the
+  /// scene's, or where copies would not fit into memory.
   std::string instances = "auto";
   /// What Results::mesh_ids holds for a scene file: "mesh" (of glTF, or the group of OBJ), "node" (of glTF) or
   /// "material", by the numbers of the file. Of scenes made of meshes: Mesh::id.

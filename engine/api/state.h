@@ -124,9 +124,9 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
                   const char* what);
 
 /// Writes a name for a caller, cut off if there is no room for all of it.
-template <std::size_t kRoom>
-void write_name(char (&to)[kRoom], const std::string& name) {
-  to[name.copy(to, kRoom - 1)] = 0;
+template <std::size_t Room>
+void write_name(char (&to)[Room], const std::string& name) {
+  to[name.copy(to, Room - 1)] = 0;
 }
 
 /// Builds the tree of a scene anew if it is to follow what moves by itself and has lost more time than that takes. The
