@@ -94,7 +94,7 @@ void HitArrays::write_places(std::size_t place, std::span<const Hit> hits) const
         near = table.placement_of(prim, near);
         triangle = prim - table.first_of(near);
         instance = table.instance_of(near);
-        if (to_.mesh_ids) id = table.id_of(prim);
+        if (to_.mesh_ids) id = table.id_of(prim, near);
       }
     }
     if (to_.prims) to_.prims[place + i] = triangle;

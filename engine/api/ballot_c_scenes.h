@@ -164,7 +164,7 @@ typedef struct BallotMeshInfo {
   /* Its triangles are first to first + triangles - 1 of ballot_scene_triangles(). In a scene without instances that is
    * their prim; else ballot_scene_instance() tells. */
   uint64_t first, triangles;
-  char name[256];     /* as in the file, or "mesh N"; cut off if it is longer */
+  char name[256];     /* as in the file, else "mesh N", or "scene" of one mesh; cut off if it is longer */
   float lo[3], hi[3]; /* its bounds, in its own space; zero if it has no triangle */
 } BallotMeshInfo;
 /* Tells of a mesh of a scene. */

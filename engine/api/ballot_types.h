@@ -228,7 +228,7 @@ struct SceneInfo {
 /// A mesh of a scene: triangles `first` to first + triangles - 1 of Scene::triangles(). In a scene without instances
 /// that is Hit::prim.
 struct MeshInfo {
-  std::string name = {};  // as in the file, or "mesh N"; cut off after 255 bytes
+  std::string name = {};  // as in the file, else "mesh N", or "scene" of one; cut off after 255 bytes
   std::uint32_t id = 0;   // Mesh::id, or the mesh or group in the file
   std::uint64_t first = 0, triangles = 0;
   float lo[3] = {}, hi[3] = {};  // its bounds, in its own space; zero if it has no triangle

@@ -13,13 +13,15 @@ namespace ballot::api {
 class PlaceTable {
  public:
   /// The scene is finished: finish_scene().
-  PlaceTable(const Scene& scene, IdSource ids) : ids_(scene, ids), instanced_(scene.instanced()) {
-    std::size_t prim = 0;
+  PlaceTable(const Scene& scene, IdSource source) : ids_(scene, source), instanced_(scene.instanced()) {
+    std::uint32_t prim = 0;
     for (const Placement& p : scene.instances.placements) {
-      first_.push_back(static_cast<std::uint32_t>(prim));
-      prim += scene.instances.triangles_of(p.mesh);
+      const auto count = static_cast<std::uint32_t>(scene.instances.triangles_of(p.mesh));
+      first_.push_back(prim);
+      if (source != IdSource::Material) id_of_.push_back(count ? ids_.at(prim) : 0);
+      prim += count;
     }
-    first_.push_back(static_cast<std::uint32_t>(prim));
+    first_.push_back(prim);
   }
 
   /// Returns the placement of a triangle. `near` is tried first: neighbours often hit one.
@@ -31,12 +33,16 @@ class PlaceTable {
   std::uint32_t first_of(std::size_t placement) const { return first_[placement]; }
   /// Returns the number that a hit on a placement reports: 0 in flat scenes.
   std::uint32_t instance_of(std::uint32_t placement) const { return instanced_ ? placement : 0; }
-  std::uint32_t id_of(std::uint32_t prim) const { return ids_.at(prim); }
+  /// Returns the id of a triangle of a placement.
+  std::uint32_t id_of(std::uint32_t prim, std::uint32_t placement) const {
+    return id_of_.empty() ? ids_.at(prim) : id_of_[placement];
+  }
 
  private:
   PrimIds ids_;
   bool instanced_;
   std::vector<std::uint32_t> first_;  // triangle of each placement, and behind these their end
+  std::vector<std::uint32_t> id_of_;  // each placement; none: its triangles have ids of their own
 };
 
 }  // namespace ballot::api

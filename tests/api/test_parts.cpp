@@ -185,6 +185,38 @@ TEST_F(ApiParts, PartsOfALoadedSceneMove) {
   EXPECT_EQ(code_of([&] { copied.update_instances(before); }, &text), Code::Argument);
 }
 
+// A tree of several meshes lies before that of the mesh that moves, and one of a single mesh moves too.
+TEST_F(ApiParts, MeshesMoveBesideOthersInTheWorld) {
+  std::string others = kPlates, alone = kPlates;
+  others.replace(others.find("1, 2, 3, 4"), 10, "3, 4, 1, 2");
+  alone.replace(alone.find("1, 2, 3, 4"), 10, "1, 3, 2");
+  ballot::Scene scene = load("others.gltf", others.c_str(), {.instances = "keep"});
+  EXPECT_EQ(names_of(scene.meshes()), (std::vector<std::string>{"lone", "last", "plate"}));
+  scene.update(2, std::vector<float>{0, 0, 1, 1, 0, 1, 0, 1, 1});
+  EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 1, 2, 2, INFINITY}));
+  EXPECT_EQ(scene.triangles()[2], 0);
+  EXPECT_EQ(scene.triangles()[20], 1);
+  std::vector<float> places;
+  for (const auto& i : scene.instances()) places.insert(places.end(), i.transform, i.transform + 12);
+  places[3 * 12 + 11] = 0.5f;
+  scene.update_instances(places);
+  EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
+  EXPECT_EQ(scene.instances()[3].transform[11], 0.5f);
+
+  ballot::Scene single = load("alone.gltf", alone.c_str(), {.instances = "keep"});
+  places.clear();
+  for (const auto& i : single.instances()) places.insert(places.end(), i.transform, i.transform + 12);
+  for (const float z : {1.f, 0.5f}) {
+    places[12 + 11] = z;
+    single.update_instances(places);
+    EXPECT_EQ(Found(single).t, (std::vector<float>{2, 2, 2 - z, INFINITY, INFINITY}));
+    EXPECT_EQ(single.instances()[1].lo[2], z);
+    EXPECT_EQ(single.render({}, {.width = 8, .height = 8}).size(), 256u);
+  }
+  single.update(single.instances()[1].mesh, std::vector<float>{0, 3, 0.25f, 1, 3, 0.25f, 0, 4, 0.25f});
+  EXPECT_EQ(Found(single).t, (std::vector<float>{2, 2, 1.25f, INFINITY, INFINITY}));
+}
+
 TEST_F(ApiParts, AnimationsAloneMoveTheirScene) {
   const auto file = std::filesystem::path(BALLOT_SOURCE_DIR) / "scenes" / "dance.gltf";
   for (const char* policy : {"keep", "copy"}) {

@@ -81,7 +81,7 @@ def main() -> None:
     parser.add_argument("--json", help="also write the figures to this file")
     options = parser.parse_args()
     device = ballot.Device(options.device)
-    corners = ballot.load_scene(options.mesh, device).triangles()
+    corners = ballot.load_scene(options.mesh, device, instances="copy").triangles()
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     triangles = index.reshape(-1, 3).astype(np.uint32)
     ours = ballot.RaycastingScene(device=device)

@@ -58,7 +58,7 @@ def mesh_of(name: str, device: ballot.Device) -> Mesh:
         if name == "needles":
             v *= np.float32([1000, 1, 1])
         return v, f
-    corners = ballot.load_scene(name, device).triangles()
+    corners = ballot.load_scene(name, device, instances="copy").triangles()
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     triangles = index.reshape(-1, 3).astype(np.uint32)
     flat = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)

@@ -44,7 +44,7 @@ class MeshInfo(NamedTuple):
     instances.
     """
 
-    name: str  # as in the file, or "mesh N"; cut off after 255 bytes
+    name: str  # as in the file, else "mesh N", or "scene" of one mesh; cut off after 255 bytes
     id: int  # as the scene was made with, or of the mesh or group in the file
     first: int
     triangles: int
