@@ -121,8 +121,9 @@ BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t instanc
  * corners of its triangles, three each. Scenes with animations refuse it, and so does a mesh of a file's instances that
  * lies in one tree with others; options->instances "copy" loads one in which each moves. Hits of later calls are
  * those of the moved scene; in "watertight" and "exact" they are the same bits after a refit and after a build.
- * BallotSceneOptions::update says how the tree moves. A failed call leaves the scene as it was. The scene keeps 36
- * bytes a triangle of the host for the next call. stride is in bytes; 0: 12. */
+ * BallotSceneOptions::update says how the tree moves. A failed call leaves the scene as it was. For the
+ * next call the scene keeps 36 bytes a triangle, of the device if its tree was built there, else of the host. stride is
+ * in bytes; 0: 12. */
 BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
                                             size_t stride);
 

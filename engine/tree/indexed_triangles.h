@@ -19,7 +19,7 @@ struct MovedVertices {
   std::span<const glm::vec3> positions;
 };
 
-/// Writes the triangles of a scene, as a tree build or a refit has them (DeviceBuilder), from vertices. Takes 36 bytes a
+/// Writes the triangles of a scene, as a tree build or a refit has them (DeviceBuild), from vertices. Takes 36 bytes a
 /// triangle of the scene; of each mesh that has moved 12 a triangle with indices and 12 a vertex. Belongs to the thread
 /// of its Context.
 class IndexedTriangles {
