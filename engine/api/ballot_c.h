@@ -208,7 +208,8 @@ BALLOT_API BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays,
                                      const BallotQuery* query, BallotTimes* times);
 
 /* The same in the background. Rays and arrays must stay as they are until the job has ended; the structs are copied.
- * Jobs of a device run in the order in which they were submitted. */
+ * Jobs of a device run in the order in which they were submitted. A scene that is updated before a job has ended may
+ * answer it as before or after the update: wait first. */
 BALLOT_API BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
                                       const BallotQuery* query, BallotJob** job);
 /* Waits for the job and returns its status. times may be NULL. */

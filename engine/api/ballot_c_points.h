@@ -129,9 +129,9 @@ typedef struct BallotLists {
 /* Finds all crossings of rays and triangles with t in [t_min, t_max]: each triangle once, with the t of a "watertight"
  * hit. From outside to outside a ray crosses a closed mesh an even number of times. A ray in a triangle's plane does
  * not cross it. The first crossings are the beginning of the whole list, bit for bit; up to 16 a ray are looked for no
- * farther than they lie. With numeric "exact" numbers and order are those of exact arithmetic; the host decides what
- * the device leaves open. Takes memory for some 4 million crossings at a time, and more for a ray that has more.
- * times may be NULL. */
+ * farther than they lie. With numeric "exact" numbers and order are those of exact arithmetic, the order among
+ * instances that of t as reported; the host decides what the device leaves open. Takes memory for some 4 million
+ * crossings at a time, and more for a ray that has more. times may be NULL. */
 BALLOT_API BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, const BallotLists* lists,
                                               BallotTimes* times);
 

@@ -82,8 +82,8 @@ typedef struct BallotInstances {
  * ray transformed into the mesh's space, by the same float32 operations on every device; t is the same in both spaces.
  * At equal t the instance with the smaller number is hit. Triangles are numbered through the instances in their order;
  * that number is `prim` of BallotHit. BallotHits has instance and triangle apart. With identity transforms hits are
- * those of a scene of copies, bit for bit. At most 2^32 - 3 triangles counted through all instances, 2^31 - 1 in all
- * meshes.
+ * those of a scene of copies, bit for bit; in "exact" but for hits of two instances whose t are equal in float32. At
+ * most 2^32 - 3 triangles counted through all instances, 2^31 - 1 in all meshes.
  *
  * In "watertight" no ray slips through a closed mesh, whatever its transform, nor between instances with equal
  * transforms. Where the borders of instances with different transforms coincide, one may. In "exact" each instance's

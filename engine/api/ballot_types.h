@@ -199,7 +199,7 @@ enum class Cull : std::uint32_t { None = BALLOT_CULL_NONE, Back = BALLOT_CULL_BA
 /// How to find crossings. A mesh is left out if its mask shares no bit with the ray's; no masks: all bits.
 struct CrossingQuery {
   std::uint32_t most = 0;              // list the first so many of each ray; 0: all
-  std::string numeric = "watertight";  // or "exact": numbers and order are those of exact arithmetic
+  std::string numeric = "watertight";  // or "exact": numbers and order of exact arithmetic; of instances by t
   Cull cull = Cull::None;
   std::span<const std::uint32_t> mesh_masks = {};  // of each mesh, as Scene::meshes() lists them
   std::span<const std::uint32_t> ray_masks = {};   // of each ray
