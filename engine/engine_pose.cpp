@@ -100,27 +100,28 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
   return true;
 }
 
-/// Has the tree follow triangles on the device, which it takes in exchange for those of before.
+/// Has the tree follow triangles on the device, which it takes in exchange for those of before. If it throws, the tree
+/// is that of before again.
 void Engine::follow_there(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode) {
   Timer timer;
   DeviceTree& tree = tracer_->tree();
   const std::shared_ptr<DeviceBuild> built = tree.built();
   built->swap_triangles(triangles);
-  update_.refitted = policies_[0].wants_refit(mode) && tree.refit(bounds);
-  if (update_.refitted) {
-    policies_[0].refitted(timer.seconds(), built->summary().stats.sah);
-    update_.refitted = mode != UpdateMode::Auto || !policies_[0].regrets_refit();
-    timer = {};
+  try {
+    update_.refitted = policies_[0].wants_refit(mode) && tree.refit(bounds);
+    if (update_.refitted) {
+      policies_[0].refitted(timer.seconds(), built->summary().stats.sah);
+      update_.refitted = mode != UpdateMode::Auto || !policies_[0].regrets_refit();
+      timer = {};
+    }
+    if (!update_.refitted) built->rebuild();
+  } catch (const Error&) {
+    built->swap_triangles(triangles);
+    built->rebuild();
+    adopt({built->summary(), built});
+    throw;
   }
   if (!update_.refitted) {
-    try {
-      built->rebuild();
-    } catch (const Error&) {
-      built->swap_triangles(triangles);
-      built->rebuild();
-      adopt({built->summary(), built});
-      throw;
-    }
     policies_[0].built(timer.seconds(), built->summary().stats.sah);
     adopt({built->summary(), built});
     return;
