@@ -88,6 +88,16 @@ class Scenes(unittest.TestCase):
             places[1, 2, 3] = 1e9 + 1 / 3
             with self.assertWarnsRegex(ballot.PrecisionWarning, "moves instance 1"):
                 scene.update_instances(places)
+            # A mesh that only its instances' last places can hold is pickled all the same.
+            gltf["nodes"][1]["scale"] = [100, 100, 100]
+            path.write_text(json.dumps(gltf), encoding="ascii")
+            scene = ballot.load_scene(path, cache=False, instances="keep")
+            with self.assertRaisesRegex(ValueError, "instance 1: the transform moves the mesh"):
+                scene.update(0, points * np.float32(9e11))
+            scene.update_instances(np.stack([np.eye(3, 4) * 1e-12, np.eye(3, 4) * 2e-12]))
+            scene.update(0, points * np.float32(9e11))
+            again = pickle.loads(pickle.dumps(scene))
+            np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
 
     def test_animations(self):
         path = pathlib.Path(__file__).resolve().parents[4] / "scenes" / "dance.gltf"
