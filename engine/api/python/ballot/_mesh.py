@@ -137,6 +137,13 @@ def places(
     return which, (bounds.mean(axis=1), (bounds[:, 1] - bounds[:, 0]) / 2)
 
 
+def shrunk(placed: np.ndarray, which: list[bool]) -> np.ndarray:
+    """Returns matrices (k, 12) of which some are so small that any vertices can be placed."""
+    matrices = np.array(placed, np.float32).reshape(-1, 3, 4)
+    matrices[which] = np.eye(3, 4, dtype=np.float32) * np.float32(1e-12)
+    return matrices.reshape(-1, 12)
+
+
 def transforms(given: Any, which: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """Returns (k, 12) float32 of matrices (k, 3, 4) or (k, 4, 4), whose last row is left out. Warns if float32 moves an
     instance by too much: `which` is the mesh of each, `bounds` what boxes() returned."""

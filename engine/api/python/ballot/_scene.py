@@ -380,13 +380,6 @@ class Scene(Queries):
             return state | {"meshes": [tuple(_mesh.restored(m, c)) for m, c in zip(self._meshes, corners)]}
         return state | {"placed": self._placed, "moved": {m: corners[m].copy() for m in self._moved}}
 
-    def _shrunk(self, placed: np.ndarray, meshes: Any) -> np.ndarray:
-        """Returns the matrices with instances of these meshes so small that any vertices can be placed."""
-        matrices = np.array(placed, np.float32).reshape(-1, 3, 4)
-        of_these = [instance.mesh in meshes for instance in self.instances]
-        matrices[of_these] = np.eye(3, 4, dtype=np.float32) * np.float32(1e-12)
-        return matrices.reshape(-1, 12)
-
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._device, self._options, self._path = state["device"], state["options"], state["path"]
         meshes = [_mesh.Mesh(*_mesh.readable(mesh)) for mesh in state.get("meshes", ())]
@@ -396,7 +389,7 @@ class Scene(Queries):
         self._placed, moved = state.get("placed"), state.get("moved", {})
         self._moved, self._which = set(moved), self._instances[1] if self._instances else None
         if moved and self._placed is not None:
-            self._handle.update_instances(self._shrunk(self._placed, moved))
+            self._handle.update_instances(_mesh.shrunk(self._placed, [i.mesh in moved for i in self.instances]))
         for number, corners in moved.items():
             self._handle.update(number, _arrays.contiguous(corners.reshape(-1, 3)))
         if self._placed is not None:
