@@ -76,7 +76,7 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   times_.bvh_s = timer.seconds();
   policies_.resize(forest_ ? forest_->meshes().size() : 1);
   for (std::size_t i = 0; i < policies_.size(); ++i)
-    policies_[i].built(times_.bvh_s, forest_ ? forest_->meshes()[i].bvh.stats.sah : bvh_.stats.sah);
+    policies_[i].built(times_.bvh_s, forest_ ? forest_->meshes()[i].bvh->stats.sah : bvh_.stats.sah);
   if (!forest_) tracer_->tree().set_late(&late_);  // triangles of meshes with instances are never late
   if (options.use_cache) tracer_->tree().keep_in(cache_folder() / "bvh");
   make_renderers();

@@ -60,20 +60,21 @@ Bvh build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSet
 
 std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
                                      const Forest* before, const Progress& progress) {
-  std::size_t mesh = 0, done = 0;
-  const auto build = [&](std::span<const Triangle> triangles) -> Bvh {
+  const TreeLayout layout = tree_layout(scene);
+  std::vector<MeshTree> meshes;
+  std::size_t done = 0;
+  for (const std::span<const Triangle> triangles : meshes_of(scene, layout)) {
     const Progress part = [&](double share) {
       if (progress) progress((double(done) + share * double(triangles.size())) / double(scene.triangles.size()));
     };
-    const MeshTree* same = before ? &before->meshes()[mesh] : nullptr;
-    ++mesh;
-    const bool keeps = same && std::ranges::equal(same->triangles, triangles);
-    Bvh made = keeps ? same->bvh : build_mesh(gpu, triangles, settings, use_cache, part);
+    const MeshTree* same = before ? &before->meshes()[meshes.size()] : nullptr;
+    if (same && std::ranges::equal(same->triangles, triangles))
+      meshes.push_back({triangles, same->bvh, same->extents});
+    else
+      meshes.push_back(make_mesh_tree(triangles, build_mesh(gpu, triangles, settings, use_cache, part)));
     done += triangles.size();
-    return made;
-  };
-  const TreeLayout layout = tree_layout(scene);
-  return std::make_unique<Forest>(meshes_of(scene, layout), layout.placements, build);
+  }
+  return std::make_unique<Forest>(std::move(meshes), layout.placements);
 }
 
 void Engine::make_forest(bool use_cache, const Progress& progress) {
@@ -139,7 +140,7 @@ Bvh Engine::follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, U
   const Timer timer;
   RefitPolicy& policy = policies_[mesh];
   if (same_area && policy.wants_refit(mode)) {
-    Bvh tree = forest_->meshes()[mesh].bvh;
+    Bvh tree = *forest_->meshes()[mesh].bvh;
     refit_bvh(tree, triangles, build_);
     policy.refitted(timer.seconds(), tree.stats.sah);
     update_.refitted = mode != UpdateMode::Auto || !policy.regrets_refit();
@@ -164,13 +165,14 @@ void Engine::move_tree(std::size_t mesh, std::vector<Triangle> triangles, Update
   const Timer timer;
   const MeshTree& old = forest_->meshes()[mesh];
   const std::ptrdiff_t first = old.triangles.data() - scene_.triangles.data();
-  const MovedTriangles moved = check_moved(old.triangles, old.bvh.stats.degenerate, triangles, scene_.name);
+  const MovedTriangles moved = check_moved(old.triangles, old.bvh->stats.degenerate, triangles, scene_.name);
   begin_update();
   const RefitPolicy before = policies_[mesh];
   try {
     Bvh tree = follow_mesh(mesh, triangles, mode, moved.same_area);
-    const MeshExtents extents = extents_of(tree, triangles);
-    tracer_->tree().change_mesh(mesh, {old.triangles, std::move(tree), extents}, update_.refitted);
+    MeshTree made = make_mesh_tree(triangles, std::move(tree));
+    made.triangles = old.triangles;
+    tracer_->tree().change_mesh(mesh, std::move(made), update_.refitted);
   } catch (...) {
     policies_[mesh] = before;
     throw;

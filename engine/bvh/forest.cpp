@@ -11,25 +11,22 @@
 
 namespace ballot {
 
-Forest::Forest(std::span<const std::span<const Triangle>> meshes, std::span<const Placement> placements,
-               const BuildMesh& build) {
-  make(meshes, placements, build);
+MeshTree make_mesh_tree(std::span<const Triangle> triangles, Bvh bvh) {
+  const MeshExtents extents = extents_of(bvh, triangles);
+  return {triangles, std::make_shared<const Bvh>(std::move(bvh)), extents};
+}
+
+Forest::Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements) : meshes_(std::move(meshes)) {
+  place(placements);
 }
 
 Forest::Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build)
     : own_(std::move(meshes)) {
-  const std::vector<std::span<const Triangle>> spans(own_.begin(), own_.end());
-  make(spans, placements, build);
+  for (const std::vector<Triangle>& triangles : own_) meshes_.push_back(make_mesh_tree(triangles, build(triangles)));
+  place(placements);
 }
 
-void Forest::make(std::span<const std::span<const Triangle>> meshes, std::span<const Placement> placements,
-                  const BuildMesh& build) {
-  meshes_.reserve(meshes.size());
-  for (const std::span<const Triangle> triangles : meshes) {
-    MeshTree& made = meshes_.emplace_back(MeshTree{triangles, {}, {}});
-    made.bvh = build(made.triangles);
-    made.extents = extents_of(made.bvh, made.triangles);
-  }
+void Forest::place(std::span<const Placement> placements) {
   for (std::size_t i = 0; i < placements.size(); ++i) {
     if (placements[i].mesh >= meshes_.size())
       fail(Failure::Arguments, "instance {}: its mesh is number {}, but there are {} meshes", i, placements[i].mesh,
@@ -131,16 +128,16 @@ void Forest::summarize() {
   summary_.bounds = facts_.bounds;
   BvhStats& s = summary_.stats;
   for (const MeshTree& mesh : meshes_) {
-    s.triangles += mesh.bvh.stats.triangles;
-    s.degenerate += mesh.bvh.stats.degenerate;
-    s.references += mesh.bvh.stats.references;
-    s.nodes += mesh.bvh.stats.nodes;
-    s.leaves += mesh.bvh.stats.leaves;
-    s.bytes += mesh.bvh.stats.bytes;
-    s.build_s += mesh.bvh.stats.build_s;
-    s.depth = std::max(s.depth, mesh.bvh.stats.depth);
-    s.largest_leaf = std::max(s.largest_leaf, mesh.bvh.stats.largest_leaf);
-    s.builder = mesh.bvh.stats.builder;
+    s.triangles += mesh.bvh->stats.triangles;
+    s.degenerate += mesh.bvh->stats.degenerate;
+    s.references += mesh.bvh->stats.references;
+    s.nodes += mesh.bvh->stats.nodes;
+    s.leaves += mesh.bvh->stats.leaves;
+    s.bytes += mesh.bvh->stats.bytes;
+    s.build_s += mesh.bvh->stats.build_s;
+    s.depth = std::max(s.depth, mesh.bvh->stats.depth);
+    s.largest_leaf = std::max(s.largest_leaf, mesh.bvh->stats.largest_leaf);
+    s.builder = mesh.bvh->stats.builder;
   }
   s.build_s += facts_.build_s;
 }
@@ -148,7 +145,7 @@ void Forest::summarize() {
 TreeFacts Forest::facts() const {
   TreeFacts facts;
   for (const MeshTree& mesh : meshes_) {
-    const TreeFacts own = facts_of(mesh.bvh);
+    const TreeFacts own = facts_of(*mesh.bvh);
     facts.depth = std::max(facts.depth, own.depth);
     facts.largest_leaf = std::max(facts.largest_leaf, own.largest_leaf);
     facts.far |= own.far;
@@ -163,11 +160,11 @@ std::vector<double> Forest::walk_shares() const {
   for (std::size_t i = 0; i < mesh_of_.size(); ++i) {
     const MeshTree& mesh = meshes_[mesh_of_[i]];
     if (mesh.extents.empty) continue;
-    const glm::vec3 size = mesh.bvh.bounds.hi - mesh.bvh.bounds.lo;
+    const glm::vec3 size = mesh.bvh->bounds.hi - mesh.bvh->bounds.lo;
     glm::vec3 moved(0);
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) moved[r] += std::abs(transforms_[i].m[r][c]) * size[c];
-    const double share = half_area(glm::vec3(0), moved) * mesh.bvh.stats.sah;
+    const double share = half_area(glm::vec3(0), moved) * mesh.bvh->stats.sah;
     shares[mesh_of_[i]] += share;
     sum += share;
   }

@@ -12,12 +12,13 @@
 
 namespace ballot {
 
-/// A mesh in its own space, and its tree.
+/// A mesh in its own space, and its tree. Copies share the tree.
 struct MeshTree {
   std::span<const Triangle> triangles;
-  Bvh bvh;
+  std::shared_ptr<const Bvh> bvh;
   MeshExtents extents;
 };
+MeshTree make_mesh_tree(std::span<const Triangle> triangles, Bvh bvh);
 
 /// What is known of a top-level tree without its nodes.
 struct TopFacts {
@@ -41,12 +42,11 @@ class Forest {
  public:
   using BuildMesh = std::function<Bvh(std::span<const Triangle>)>;
 
-  /// Builds the trees of the meshes by `build`, and the top-level tree. Keeps references to the triangles. Throws
-  /// Error(Arguments) if a placement names no mesh, as place_instance() does, or if there are too many triangles; and
-  /// what `build` throws.
-  Forest(std::span<const std::span<const Triangle>> meshes, std::span<const Placement> placements,
-         const BuildMesh& build);
-  /// The same for triangles that the forest keeps.
+  /// Builds the top-level tree over instances of meshes with their trees, which other forests may have too. Keeps
+  /// references to the triangles. Throws Error(Arguments) if a placement names no mesh, as place_instance() does, or if
+  /// there are too many triangles.
+  Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements);
+  /// The same for triangles that the forest keeps, whose trees `build` makes. Throws what that throws, too.
   Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build);
 
   /// Moves the instances: one transform for each. The top-level tree is refitted, and built anew once that has raised
@@ -107,8 +107,7 @@ class Forest {
   Triangle triangle(const Place& place) const;
 
  private:
-  void make(std::span<const std::span<const Triangle>> meshes, std::span<const Placement> placements,
-            const BuildMesh& build);
+  void place(std::span<const Placement> placements);
   void number();
   std::vector<Instance> placed(std::span<const Transform> transforms) const;
   void set(std::vector<Instance> instances, TopTree top);

@@ -13,7 +13,7 @@ namespace {
 std::vector<PairTree> trees_of(const Forest& forest) {
   std::vector<PairTree> trees;
   for (const MeshTree& mesh : forest.meshes())
-    trees.push_back(encode_pairs(mesh.bvh, mesh.triangles, NodeLayout::Interleaved));
+    trees.push_back(encode_pairs(*mesh.bvh, mesh.triangles, NodeLayout::Interleaved));
   return trees;
 }
 

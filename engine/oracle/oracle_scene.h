@@ -76,7 +76,7 @@ class OracleScene {
     for (const std::uint32_t number : met({point, 0, {1, 0, 0}, 0})) {
       const Instance& i = forest_->instances()[number];
       const glm::vec3 at = object_ray({point, 0, {1, 0, 0}, 1}, i.map).origin;
-      const Bounds& b = forest_->meshes()[i.mesh].bvh.bounds;
+      const Bounds& b = forest_->meshes()[i.mesh].bvh->bounds;
       if (glm::all(glm::greaterThanEqual(at, b.lo)) && glm::all(glm::lessThanEqual(at, b.hi)))
         visit(std::size_t{i.mesh}, at);
     }

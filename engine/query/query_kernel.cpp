@@ -137,15 +137,12 @@ std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, const T
 
 /// Makes a forest of the same instances, whose meshes have no spatial splits.
 std::unique_ptr<Forest> WholeTree::whole_forest(const Forest& scene) {
-  std::vector<std::span<const Triangle>> meshes;
-  for (const MeshTree& mesh : scene.meshes()) meshes.push_back(mesh.triangles);
+  std::vector<MeshTree> meshes = scene.meshes();
+  for (MeshTree& mesh : meshes)
+    if (has_splits(*mesh.bvh)) mesh = make_mesh_tree(mesh.triangles, build_bvh(mesh.triangles, kWhole));
   std::vector<Placement> placements;
   for (std::size_t i = 0; i < scene.size(); ++i) placements.push_back({scene.mesh_of(i), scene.transforms()[i]});
-  std::size_t number = 0;
-  return std::make_unique<Forest>(meshes, placements, [&](std::span<const Triangle> triangles) {
-    const Bvh& bvh = scene.meshes()[number++].bvh;
-    return has_splits(bvh) ? build_bvh(triangles, kWhole) : bvh;
-  });
+  return std::make_unique<Forest>(std::move(meshes), placements);
 }
 
 bool WholeTree::update() {

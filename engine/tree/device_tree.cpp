@@ -37,7 +37,7 @@ DeviceTree::DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> t
 }
 
 DeviceTree::DeviceTree(Context& gpu, Forest& forest) : gpu_(gpu), forest_(&forest) {
-  for (const MeshTree& mesh : forest.meshes()) meshes_.emplace_back(gpu).replace(mesh.bvh, mesh.triangles, {});
+  for (const MeshTree& mesh : forest.meshes()) meshes_.emplace_back(gpu).replace(*mesh.bvh, mesh.triangles, {});
   padded_reach_ = least_reach();
   facts_ = forest.facts();
   generation_ = next_revision();
@@ -47,7 +47,7 @@ DeviceTree::DeviceTree(Context& gpu, Forest& forest) : gpu_(gpu), forest_(&fores
 float DeviceTree::least_reach() const {
   float reach = INFINITY;
   for (const MeshTree& mesh : forest_->meshes())
-    if (!mesh.extents.empty) reach = std::min(reach, ballot::padded_reach(mesh.bvh.bounds));
+    if (!mesh.extents.empty) reach = std::min(reach, ballot::padded_reach(mesh.bvh->bounds));
   return reach;
 }
 

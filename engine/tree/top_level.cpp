@@ -53,9 +53,9 @@ void DeviceTree::change_mesh(std::size_t mesh, MeshTree with, bool same_shape) {
   }
   const MeshTree& now = forest_->meshes()[mesh];
   if (same_shape)
-    meshes_[mesh].moved(now.bvh, now.triangles);
+    meshes_[mesh].moved(*now.bvh, now.triangles);
   else
-    meshes_[mesh].replace(now.bvh, now.triangles, {});
+    meshes_[mesh].replace(*now.bvh, now.triangles, {});
   padded_reach_ = least_reach();
 }
 

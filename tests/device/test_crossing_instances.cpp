@@ -39,7 +39,7 @@ class CrossingInstances : public CrossingTest {
     std::vector<std::unique_ptr<DeviceTree>> trees;
     std::vector<std::unique_ptr<RayQueries>> alone;
     for (const MeshTree& mesh : forest.meshes()) {
-      trees.push_back(std::make_unique<DeviceTree>(*gpu_, mesh.bvh, mesh.triangles, facts_of(mesh.bvh)));
+      trees.push_back(std::make_unique<DeviceTree>(*gpu_, *mesh.bvh, mesh.triangles, facts_of(*mesh.bvh)));
       alone.push_back(std::make_unique<RayQueries>(*gpu_, *trees.back()));
     }
     for (const Instance& instance : forest.instances()) {

@@ -37,7 +37,7 @@ class Instances : public DeviceTest {
     TreeFacts facts = forest.facts();
     facts.top_depth = 0;
     for (const MeshTree& mesh : forest.meshes())
-      alone.push_back(std::make_unique<Tracer>(*gpu_, mesh.bvh, mesh.triangles, facts));
+      alone.push_back(std::make_unique<Tracer>(*gpu_, *mesh.bvh, mesh.triangles, facts));
     for (const Instance& instance : forest.instances()) {
       std::vector<Ray> moved(rays.size(), Ray{{0, 0, 0}, 0, {0, 0, 1}, 0});  // dead
       for (std::size_t i = 0; i < rays.size(); ++i)

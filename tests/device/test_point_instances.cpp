@@ -160,7 +160,7 @@ double inside_bound(const Forest& forest, const glm::vec3& p) {
   double most = 0;
   for (const Instance& i : forest.instances()) {
     const Transform& t = forest.transforms()[std::size_t(&i - forest.instances().data())];
-    const Bounds& b = forest.meshes()[i.mesh].bvh.bounds;
+    const Bounds& b = forest.meshes()[i.mesh].bvh->bounds;
     double e = 0, stretch = 0;
     for (int k = 0; k < 3; ++k)
       for (int j = 0; j < 3; ++j) {
@@ -191,7 +191,7 @@ TEST_F(PointInstances, InsideIsThatOfAnOddNumberOfMeshes) {
     for (const Instance& instance : forest.instances()) {
       const MeshTree& mesh = forest.meshes()[instance.mesh];
       const glm::vec3 at = object_ray({p, 0, {1, 0, 0}, 1}, instance.map).origin;
-      if (glm::clamp(at, mesh.bvh.bounds.lo, mesh.bvh.bounds.hi) != at) continue;
+      if (glm::clamp(at, mesh.bvh->bounds.lo, mesh.bvh->bounds.hi) != at) continue;
       defined = defined != exact_inside(at, mesh.triangles);
     }
     EXPECT_EQ(exact.inside[i], std::uint32_t(defined)) << i;

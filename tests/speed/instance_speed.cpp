@@ -149,7 +149,7 @@ void run_count(Context& gpu, std::uint32_t count, const Args& args) {
   }
   fmt::print("\n{} instances of {} triangles, {} in all, depth {} over {}: made in {} ms\n", count,
              forest.meshes()[0].triangles.size(), forest.triangle_count(), forest.top_facts().depth,
-             forest.meshes()[0].bvh.stats.depth, bench::figure(made));
+             forest.meshes()[0].bvh->stats.depth, bench::figure(made));
   fmt::print("all moved, on the {}: {} ms in all, of which {} for the tree{}; its cost is {} times that when built\n\n",
              tracer.tree().moves_on_device() ? "device" : "host", bench::figure(median(move)),
              bench::figure(median(tree)),
