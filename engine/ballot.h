@@ -57,6 +57,7 @@
 #include "engine/scene/light.h"
 #include "engine/scene/pose.h"
 #include "engine/scene/scene.h"
+#include "engine/scene/scene_edits.h"
 #include "engine/trace/covering.h"
 #include "engine/trace/methods.h"
 #include "engine/trace/numeric.h"
@@ -68,6 +69,13 @@
 namespace ballot {
 
 struct SceneTree;  // built_tree.h
+
+/// What Engine::commit() makes true.
+struct SceneChange {
+  std::optional<SceneStructure> structure = {};  // none: meshes and placements stay, and what follows moves them
+  std::span<const MovedVertices> vertices = {};  // of meshes whose trees hold no others, or of a flat scene
+  std::span<const Transform> transforms = {};    // of all placements; none: they stay
+};
 
 struct EngineOptions {
   std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
@@ -147,6 +155,14 @@ class Engine {
                    const Progress& progress = {}) {
     return tracer_->trace(rays, hits, query, progress);
   }
+
+  /// Makes a change of meshes and placements true, all of it, or throws and leaves the scene as it was. Trees of meshes
+  /// that have not changed stay, and what the device has of them. The trees of meshes that have moved follow as `mode`
+  /// says; the tree over the placements is refitted, or built anew once refits have raised its cost by a quarter. Takes
+  /// the structure. Throws Error(Arguments) if a vertex is not finite or beyond +-1e12, if a transform cannot be placed
+  /// (place_instance()), or if triangles cannot be numbered; Error(Work) if there is no room or the device fails. Ends
+  /// the use of batches, films and the checker of before. The scene must not be animated.
+  void commit(SceneChange& change, UpdateMode mode = UpdateMode::Auto);
 
   /// Replaces the triangles by as many others, for example vertices that have moved, and returns those of before.
   /// Materials, normals, texture coordinates, lights and views stay. Traces after it find hits in the new ones. The
@@ -318,6 +334,12 @@ class Engine {
   void move_tree(std::size_t tree, std::vector<Triangle> triangles, UpdateMode mode);
   void end_update(const Timer& timer);
   bool rebuild_meshes();
+  void move_flat(std::span<const MovedVertices> meshes, UpdateMode mode);
+  void move_instanced(const SceneChange& change, UpdateMode mode);
+  void restructure(SceneStructure& structure);
+  void replant(const std::vector<std::optional<std::uint32_t>>& from);
+  void plant_flat();
+  void drop_queries();
   Bounds bounds_with(std::size_t first, const Bounds& bounds);
   Pose pose(const AnimationClip& clip, double seconds);
   void set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode);

@@ -13,10 +13,13 @@ struct SceneTree {
   std::shared_ptr<DeviceBuild> there = {};
 };
 
-/// Builds the trees of a scene with instances; those of large meshes are cached as build_tree() does. Meshes of
-/// `before` that have not changed keep their trees; null: none. Throws as Forest and build_tree() do.
+/// What is known of each mesh of a forest: its tree, but not where its triangles lie. None: nothing.
+using KnownTrees = std::vector<std::optional<MeshTree>>;
+
+/// Builds the trees of a scene with instances that are not known; those of large meshes are cached as build_tree()
+/// does. Throws as Forest and build_tree() do.
 std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
-                                     const Forest* before, const Progress& progress);
+                                     const KnownTrees& known, const Progress& progress);
 
 /// Builds the tree of triangles. use_cache: trees of the CPU's builders are kept in cache_folder(). Throws as
 /// build_bvh() and DeviceBuild do.

@@ -180,7 +180,7 @@ Image Engine::picture(const Film& film, const View& view, const RenderOptions& o
       {"subgroup_size", int(variant.config.subgroup)},
       {"spp", int(film.samples)},
       {"seconds", float(times.seconds)},
-      {"commit", commit()},
+      {"commit", ballot::commit()},
       {"worldToCamera", exr_matrix(kLeftHanded * camera_from_world)},
       {"worldToNDC", exr_matrix(ndc_from_camera(view, double(options.width) / options.height) * camera_from_world)},
   };
@@ -210,7 +210,7 @@ std::string Engine::made_of(const View& view, const RenderOptions& o) const {
                       o.clamp, o.seed, o.wants("variance"));
   const bool by_any_method = find_numeric(o.query.numeric).conservative;
   text += fmt::format("numeric: {}{}\n", o.query.numeric, by_any_method ? "" : ", method " + o.query.method);
-  return text + fmt::format("device: {}, {}\ncommit: {}\n", gpu_->info().name, gpu_->info().driver, commit());
+  return text + fmt::format("device: {}, {}\ncommit: {}\n", gpu_->info().name, gpu_->info().driver, ballot::commit());
 }
 
 }  // namespace ballot

@@ -59,7 +59,7 @@ Bvh build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSet
 }
 
 std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
-                                     const Forest* before, const Progress& progress) {
+                                     const KnownTrees& known, const Progress& progress) {
   const TreeLayout layout = tree_layout(scene);
   std::vector<MeshTree> meshes;
   std::size_t done = 0;
@@ -67,18 +67,30 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
     const Progress part = [&](double share) {
       if (progress) progress((double(done) + share * double(triangles.size())) / double(scene.triangles.size()));
     };
-    const MeshTree* same = before ? &before->meshes()[meshes.size()] : nullptr;
-    if (same && std::ranges::equal(same->triangles, triangles))
-      meshes.push_back({triangles, same->bvh, same->extents});
+    if (const std::size_t m = meshes.size(); !known.empty() && known[m])
+      meshes.push_back({triangles, known[m]->bvh, known[m]->extents});
     else
       meshes.push_back(make_mesh_tree(triangles, build_mesh(gpu, triangles, settings, use_cache, part)));
     done += triangles.size();
   }
-  return std::make_unique<Forest>(std::move(meshes), layout.placements);
+  std::vector<std::uint32_t> names;
+  for (const std::uint32_t from : layout.from) names.push_back(scene.instances.placement_labels[from].number);
+  return std::make_unique<Forest>(std::move(meshes), layout.placements,
+                                  InstanceNumbers{layout.prims, std::move(names)});
+}
+
+/// Returns the trees of a forest whose meshes are those of a scene of the same layout.
+KnownTrees trees_that_stay(const Forest& forest, const Scene& scene) {
+  KnownTrees known;
+  for (const std::span<const Triangle> triangles : meshes_of(scene, tree_layout(scene))) {
+    const MeshTree& mesh = forest.meshes()[known.size()];
+    known.push_back(std::ranges::equal(mesh.triangles, triangles) ? std::optional(mesh) : std::nullopt);
+  }
+  return known;
 }
 
 void Engine::make_forest(bool use_cache, const Progress& progress) {
-  forest_ = build_forest(*gpu_, scene_, build_, use_cache, nullptr, progress);
+  forest_ = build_forest(*gpu_, scene_, build_, use_cache, {}, progress);
   bvh_ = forest_->summary();
   features_ = features_with(forest_->facts());
   tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
@@ -109,7 +121,7 @@ void Engine::move_instances(Pose pose, double pose_s) {
     bounds = bounds_of_instances(scene_);
     gpu_->finish();
     if (pose.moves_triangles || turns)
-      forest = build_forest(*gpu_, scene_, build_, false, forest_.get(), {});
+      forest = build_forest(*gpu_, scene_, build_, false, trees_that_stay(*forest_, scene_), {});
     else if (!pose.moved.empty())
       tracer_->move_instances(transforms_of(scene_));
   } catch (...) {
@@ -124,6 +136,7 @@ void Engine::move_instances(Pose pose, double pose_s) {
     forest_ = std::move(forest);
     tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);
   }
+  walked_s_ = tracer_->walked_s();
   scene_.bounds = bounds;
   scene_.lights = std::move(pose.lights);
   std::ranges::copy(pose.views, scene_.views.begin());

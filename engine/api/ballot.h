@@ -30,145 +30,37 @@
 #include <initializer_list>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "ballot_c.h"
 #include "ballot_detail.h"
+#include "ballot_device.h"
 #include "ballot_types.h"
 
 namespace ballot {
 inline namespace v1 {
 
-/// Returns the Vulkan devices of this machine, usable or not. Throws Error(Device) if there is no driver.
-inline std::vector<DeviceInfo> devices() {
-  std::size_t count = 0;
-  check(ballot_devices(nullptr, 0, &count));
-  std::vector<BallotDeviceInfo> infos(count, BALLOT_INIT(BallotDeviceInfo));
-  check(ballot_devices(infos.data(), infos.size(), &count));
-  std::vector<DeviceInfo> list;
-  for (const BallotDeviceInfo& i : infos) list.push_back(detail::info_of(i));
-  return list;
-}
-
-/// A device that is open.
-class Device {
- public:
-  /// `name`: an index, part of a name, "gpu" or "cpu"; empty: the best GPU, else a CPU device. `validate` turns on
-  /// Vulkan validation, for tests. Throws Error(Device), which says what each device lacks, if none is usable.
-  explicit Device(const std::string& name = {}, bool validate = false) {
-    auto options = BALLOT_INIT(BallotDeviceOptions);
-    options.name = name.c_str();
-    options.validate = validate;
-    BallotDevice* device = nullptr;
-    check(ballot_device_open(&options, &device));
-    handle_ = Owner(device);
-  }
-  DeviceInfo info() const {
-    auto info = BALLOT_INIT(BallotDeviceInfo);
-    check(ballot_device_info(handle_.get(), &info));
-    return detail::info_of(info);
-  }
-  BallotDevice* handle() const { return handle_.get(); }
-
- private:
-  using Owner = detail::Handle<BallotDevice, ballot_device_close>;
-  Owner handle_;
-};
-
-/// A trace in the background. The destructor waits for it. Rays and results must stay where they are until then.
-class Job {
- public:
-  explicit Job(BallotJob* job) : handle_(job) {}
-  /// Waits for the end. Throws the Error that the trace would have thrown.
-  Times wait() {
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_job_wait(handle_.get(), &times));
-    return detail::times_of(times);
-  }
-  /// Returns true if the trace has ended; wait() then returns at once.
-  bool poll() const { return ballot_job_poll(handle_.get()) != BALLOT_NOT_READY; }
-
- private:
-  detail::Handle<BallotJob, ballot_job_destroy> handle_;
-};
-
-/// An array on a device: of Ray or Hit, of Point, or of what Scene::nearest() answers: NearestPoint, float (signed
-/// distances) or std::uint32_t (1 inside).
-template <class T>
-class Array {
- public:
-  /// `exported`: CUDA and others can use the memory. Throws Error(Work) if the device has no room or cannot export.
-  Array(const Device& device, std::size_t count, bool exported = false) : count_(count) {
-    auto options = BALLOT_INIT(BallotBufferOptions);
-    options.exported = exported;
-    BallotBuffer* buffer = nullptr;
-    check(ballot_buffer_create(device.handle(), detail::RecordOf<T>::value, count, &options, &buffer));
-    handle_ = Owner(buffer);
-  }
-  std::size_t size() const { return count_; }
-  /// Copy records to and from the host, beginning with number `first`.
-  void write(std::span<const T> records, std::size_t first = 0) {
-    check(ballot_buffer_write(handle_.get(), first, records.data(), records.size()));
-  }
-  void read(std::span<T> records, std::size_t first = 0) const {
-    check(ballot_buffer_read(handle_.get(), first, records.data(), records.size()));
-  }
-  /// Returns the address in CUDA's primary context of the same GPU, valid as long as this array. Calls of Ballot wait
-  /// for the device before they return; wait for your own stream before a call that uses the array.
-  std::uint64_t cuda_address() const {
-    std::uint64_t address = 0;
-    int device = 0;
-    check(ballot_buffer_cuda(handle_.get(), &address, &device));
-    return address;
-  }
-  /// Returns a new file descriptor of the memory, which the caller owns, and its size in bytes.
-  std::pair<int, std::uint64_t> fd() const {
-    std::pair<int, std::uint64_t> result{-1, 0};
-    check(ballot_buffer_fd(handle_.get(), &result.first, &result.second));
-    return result;
-  }
-  BallotBuffer* handle() const { return handle_.get(); }
-
- private:
-  using Owner = detail::Handle<BallotBuffer, ballot_buffer_destroy>;
-  std::size_t count_;
-  Owner handle_;
-};
-
 /// A scene on a device.
 class Scene {
  public:
-  /// Makes a scene of meshes. Triangles are numbered through the meshes in their order. Triangles without area keep
-  /// their number and are never hit. Throws Error(Argument), which names mesh and vertex or index, if a number is not
-  /// finite, an index is out of range, a mesh is empty, or there are more than 2^31 - 1 triangles.
-  Scene(const Device& device, std::span<const Mesh> meshes, const SceneOptions& options = {}) {
-    std::vector<BallotMesh> list;
-    for (const Mesh& m : meshes) list.push_back(detail::mesh_of(m));
-    const BallotSceneOptions o = detail::options_of(options);
-    BallotScene* scene = nullptr;
-    check(ballot_scene_create(device.handle(), list.data(), list.size(), &o, &scene));
-    handle_ = Owner(scene);
-  }
+  /// Makes a scene of meshes, each of which lies in the world, once. Meshes and their instances are numbered from 0, and
+  /// triangles through the instances. Triangles without area keep their number and are never hit. Throws
+  /// Error(Argument), which names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh
+  /// is empty, or there are more than 2^31 - 1 triangles.
+  Scene(const Device& device, std::span<const Mesh> meshes, const SceneOptions& options = {})
+      : Scene(device, meshes, nullptr, options) {}
   Scene(const Device& device, std::initializer_list<Mesh> meshes, const SceneOptions& options = {})
-      : Scene(device, std::span(meshes.begin(), meshes.size()), options) {}
+      : Scene(device, std::span(meshes.begin(), meshes.size()), nullptr, options) {}
 
   /// Makes a scene of instances: the tree of each mesh is built once, and a tree over the instances lies above. Method
-  /// "packet-wide" does not trace it. ballot_scene_create_instances() says what an instance's hits are, and which
-  /// transforms are refused with Error(Argument).
+  /// "packet-wide" does not trace it. ballot_scene_create() says what an instance's hits are, and which transforms are
+  /// refused with Error(Argument).
   Scene(const Device& device, std::span<const Mesh> meshes, const Instances& instances,
-        const SceneOptions& options = {}) {
-    std::vector<BallotMesh> list;
-    for (const Mesh& m : meshes) list.push_back(detail::mesh_of(m));
-    const BallotSceneOptions o = detail::options_of(options);
-    const BallotInstances i = detail::instances_of(instances);
-    BallotScene* scene = nullptr;
-    check(ballot_scene_create_instances(device.handle(), list.data(), list.size(), &i, &o, &scene));
-    handle_ = Owner(scene);
-  }
+        const SceneOptions& options = {})
+      : Scene(device, meshes, &instances, options) {}
   Scene(const Device& device, std::initializer_list<Mesh> meshes, const Instances& instances,
         const SceneOptions& options = {})
-      : Scene(device, std::span(meshes.begin(), meshes.size()), instances, options) {}
+      : Scene(device, std::span(meshes.begin(), meshes.size()), &instances, options) {}
 
   /// Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials: nodes of glTF and groups of
   /// OBJ are meshes() or instances(). Throws Error(Work), which names file and place, if the file is wrong.
@@ -179,19 +71,66 @@ class Scene {
     return Scene(scene);
   }
 
-  /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh of a file three a triangle. Later
-  /// traces find the moved triangles. SceneOptions::update says how the tree moves. Throws Error(Argument), which names
-  /// the vertex, if a number is not finite or beyond 1e12 or the count differs, and for the scenes of files that
-  /// ballot_scene_update() names; the scene is then as it was.
-  void update(std::size_t mesh, std::span<const float> positions, std::size_t stride = 0) {
-    check(ballot_scene_update(handle_.get(), mesh, positions.data(), detail::vertices(positions, stride), stride));
+  /// Edits gather until commit() makes all of them true at once, or throws: then the scene is as it was. The edits are
+  /// gone either way. Until then answers are those of the scene as it was. Meshes and instances are named by numbers,
+  /// which stay; each is given once. A call that throws adds nothing to the edits. Scenes with animations refuse them.
+  ///
+  /// add_mesh() returns the mesh's number; it has no instance yet. replace_mesh() gives a mesh other triangles,
+  /// remove_mesh() removes it and its instances. Throw Error(Argument) as the constructor does.
+  std::uint32_t add_mesh(const Mesh& mesh) {
+    const BallotMesh m = detail::mesh_of(mesh);
+    std::uint32_t number = 0;
+    check(ballot_scene_add_mesh(handle_.get(), &m, &number));
+    return number;
+  }
+  void replace_mesh(std::uint32_t mesh, const Mesh& with) {
+    const BallotMesh m = detail::mesh_of(with);
+    check(ballot_scene_replace_mesh(handle_.get(), mesh, &m));
+  }
+  void remove_mesh(std::uint32_t mesh) { check(ballot_scene_remove_mesh(handle_.get(), mesh)); }
+
+  /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh of a file three a triangle. They are
+  /// read by commit(): keep them until then. SceneOptions::update says how the tree follows.
+  void set_vertices(std::uint32_t mesh, std::span<const float> positions, std::size_t stride = 0) {
+    check(
+        ballot_scene_set_vertices(handle_.get(), mesh, positions.data(), detail::vertices(positions, stride), stride));
   }
 
-  /// Moves the instances of a scene: a matrix for each. The trees of the meshes stay.
-  void update_instances(std::span<const float> transforms, std::size_t stride = 0) {
-    check(
-        ballot_scene_update_instances(handle_.get(), transforms.data(), detail::matrices(transforms, stride), stride));
+  /// Adds instances of meshes and returns their numbers.
+  std::vector<std::uint32_t> add_instances(const Instances& instances) {
+    const BallotInstances i = detail::instances_of(instances);
+    std::vector<std::uint32_t> numbers(i.count);
+    check(ballot_scene_add_instances(handle_.get(), &i, numbers.data()));
+    return numbers;
   }
+  void remove_instances(std::span<const std::uint32_t> instances) {
+    check(ballot_scene_remove_instances(handle_.get(), instances.data(), instances.size()));
+  }
+
+  /// Moves all instances, in the order of their numbers: a matrix for each, which commit() reads: keep them until then.
+  /// Or moves those that are named. The trees of the meshes stay.
+  void set_transforms(std::span<const float> transforms, std::size_t stride = 0) {
+    check(ballot_scene_set_transforms(handle_.get(), nullptr, transforms.data(), detail::matrices(transforms, stride),
+                                      stride));
+  }
+  void set_transforms(std::span<const std::uint32_t> instances, std::span<const float> transforms,
+                      std::size_t stride = 0) {
+    detail::check_as_many("matrices", detail::matrices(transforms, stride), instances.size());
+    if (instances.empty()) return;
+    check(ballot_scene_set_transforms(handle_.get(), instances.data(), transforms.data(), instances.size(), stride));
+  }
+
+  /// Sets the masks of instances. An instance of mask 0 is met by nothing; crossings leave out an instance whose mask
+  /// shares no bit with the ray's (CrossingQuery::ray_masks).
+  void set_masks(std::span<const std::uint32_t> instances, std::span<const std::uint32_t> masks) {
+    detail::check_as_many("masks", masks.size(), instances.size());
+    check(ballot_scene_set_masks(handle_.get(), instances.data(), masks.data(), instances.size()));
+  }
+
+  /// Makes the edits true, or drops them. Throws Error(Argument), which names mesh and vertex, or the instance, if
+  /// something cannot be; Error(Work) if the device fails.
+  void commit() { check(ballot_scene_commit(handle_.get())); }
+  void discard() { check(ballot_scene_discard(handle_.get())); }
 
   /// Returns the animations of a scene that was loaded from a glTF file.
   std::vector<AnimationInfo> animations() const {
@@ -378,6 +317,16 @@ class Scene {
  private:
   using Owner = detail::Handle<BallotScene, ballot_scene_destroy>;
   explicit Scene(BallotScene* scene) : handle_(scene) {}
+  Scene(const Device& device, std::span<const Mesh> meshes, const Instances* instances, const SceneOptions& options) {
+    std::vector<BallotMesh> list;
+    for (const Mesh& m : meshes) list.push_back(detail::mesh_of(m));
+    const BallotSceneOptions o = detail::options_of(options);
+    auto i = BALLOT_INIT(BallotInstances);
+    if (instances) i = detail::instances_of(*instances);
+    BallotScene* scene = nullptr;
+    check(ballot_scene_create(device.handle(), list.data(), list.size(), instances ? &i : nullptr, &o, &scene));
+    handle_ = Owner(scene);
+  }
 
   Owner handle_;
 };

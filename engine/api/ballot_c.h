@@ -6,7 +6,7 @@
  *   BallotMesh mesh = BALLOT_INIT(BallotMesh);
  *   mesh.positions = vertices; mesh.vertex_count = 8;          // float x, y, z
  *   mesh.indices = triangles; mesh.index_count = 36; mesh.index_type = BALLOT_INDEX_U32;
- *   ballot_scene_create(device, &mesh, 1, NULL, &scene);
+ *   ballot_scene_create(device, &mesh, 1, NULL, NULL, &scene);
  *   BallotRays rays = BALLOT_INIT(BallotRays);
  *   rays.data = my_rays; rays.count = n;                       // float ox oy oz t_min dx dy dz t_max
  *   BallotHits out = BALLOT_INIT(BallotHits);

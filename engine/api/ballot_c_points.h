@@ -113,12 +113,9 @@ typedef struct BallotLists {
    * at equal t of prim. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. NULL: they are only counted. */
   int (*take)(void* user, uint64_t first, size_t rays, const uint32_t* counts, const BallotHit* hits);
   void* user;
-  const char* numeric; /* "watertight" or "exact"; NULL: "watertight" */
-  uint32_t cull;       /* BALLOT_CULL_... */
-  /* A mesh is left out if its mask shares no bit with the ray's. NULL: all bits. */
-  const uint32_t* mesh_masks; /* of each mesh, as ballot_scene_mesh() numbers them; all its instances have it */
-  size_t mesh_mask_count;     /* the scene's meshes */
-  const uint32_t* ray_masks;  /* of each ray */
+  const char* numeric;       /* "watertight" or "exact"; NULL: "watertight" */
+  uint32_t cull;             /* BALLOT_CULL_... */
+  const uint32_t* ray_masks; /* of each ray: instances are left out as ballot_scene_set_masks() says; NULL: all bits */
   /* 1: leave out a triangle where its surface stops nothing: where the alpha of material, texture and vertex colours is
    * below the cutoff of a mask, or 0. Changes nothing where all surfaces are opaque, as in scenes from arrays. Not with
    * numeric "exact", because textures are read in float32. */

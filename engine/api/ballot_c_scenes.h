@@ -30,7 +30,7 @@ typedef struct BallotSceneOptions {
   uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
   float split_budget; /* of "best": share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */
   uint32_t cache;     /* 1: keep the tree on disk, in $XDG_CACHE_HOME/ballot */
-  /* How ballot_scene_update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles
+  /* How a tree follows vertices. "refit": boxes move, its shape stays, so traces slow down as triangles
    * move apart. "rebuild": anew. NULL or "auto": refits until traces have lost as much time as a build takes. It is
    * always built anew if a triangle gains or loses its area. */
   const char* update;
@@ -42,6 +42,10 @@ typedef struct BallotSceneOptions {
    * memory of 4 triangles each, would not save half of them, and all meshes of files that deform some over time. Hits
    * are the same but for rounding. */
   const char* instances;
+  /* Which meshes lie in one tree. "auto": those that the scene is made with, unless instances are given or files keep
+   * them once. "merge": those that are placed once, by the identity. "separate": none, so each can move by itself at
+   * its own cost; rays are slower the more the trees overlap. NULL: "auto". */
+  const char* layout;
   /* What BallotHits::mesh_ids holds for scene files, by the file's numbers. "mesh": the mesh of glTF, the group of
    * OBJ; 0 where a file has one mesh. "node": the node of glTF that places the triangle; else as "mesh". "material":
    * the triangle's. NULL: "mesh". Scenes made of meshes have BallotMesh::id. */
@@ -52,11 +56,41 @@ typedef struct BallotSceneOptions {
   void* user;
 } BallotSceneOptions;
 
-/* Makes a scene of `count` meshes on a device. Triangles are numbered through the meshes in their order; that number is
- * `prim` of BallotHit. Triangles without area keep their number and are never hit. Zero meshes are a scene that no ray
- * hits. At most 2^31 - 1 triangles. options may be NULL. */
+/* Where meshes lie in the world. A mesh may have many instances, or none. */
+typedef struct BallotInstances {
+  size_t size;
+  size_t count;
+  const uint32_t* meshes; /* number of each instance's mesh; NULL: 0 */
+  /* A 3 x 4 matrix of each instance, row by row, 12 floats: a point p of the mesh lies at m[0..2] . p + m[3] along x,
+   * and so on. Finite and invertible; a mirror turns the triangles round, as moved vertices are. */
+  const float* transforms;
+  size_t transform_stride; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
+  const uint32_t* masks;   /* of each instance, as ballot_scene_set_masks() says; NULL: all bits */
+} BallotInstances;
+
+/* Makes a scene of `count` meshes and their instances on a device. Meshes and instances are numbered from 0 in their
+ * order. instances NULL: each mesh lies in the world, once, and the number of its instance is its own. Triangles are
+ * numbered through the instances in their order; that number is `prim` of BallotHit. BallotHits has instance and
+ * triangle apart. Triangles without area keep their number and are never hit. A scene may be empty. At most 2^31 - 1
+ * triangles in all meshes, 2^32 - 3 counted through the instances. options may be NULL.
+ *
+ * Meshes lie in one tree or each in its own (options->layout), below a tree over the instances. That takes the memory of
+ * the meshes and 160 bytes an instance on the device. A hit of an instance is a hit of its mesh by the ray transformed
+ * into the mesh's space, by the same float32 operations on every device; t is the same in both spaces. At equal t the
+ * instance with the smaller number is hit. With identity transforms hits are those of one tree, bit for bit; in "exact"
+ * but for hits of two instances whose t are equal in float32.
+ *
+ * In "watertight" no ray slips through a closed mesh, whatever its transform, nor between instances with equal
+ * transforms. Where the borders of instances with different transforms coincide, one may. In "exact" each instance's
+ * answer is exact for the ray in its space; instances are ordered by t as reported.
+ *
+ * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
+ * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between
+ * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace two levels. ballot_render() and
+ * ballot_make_rays() refuse matrices that multiply rounding errors by more than 4096. */
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
-                                            const BallotSceneOptions* options, BallotScene** scene);
+                                            const BallotInstances* instances, const BallotSceneOptions* options,
+                                            BallotScene** scene);
 /* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, or triangles (.npy, .npz), with its cameras and materials. Its
  * meshes are nodes of glTF that place triangles, groups of OBJ, else the whole; ballot_scene_mesh() tells their names.
  * If some are kept once (options->instances) the scene has instances, which number the triangles as if each use were a
@@ -66,66 +100,57 @@ BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path
                                           BallotScene** scene);
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);
 
-/* Instances: where meshes lie in the world. A mesh may have many instances, or none. */
-typedef struct BallotInstances {
-  size_t size;
-  size_t count;
-  const uint32_t* meshes; /* number of each instance's mesh, from 0; NULL: 0 */
-  /* A 3 x 4 matrix of each instance, row by row, 12 floats: a point p of the mesh lies at m[0..2] . p + m[3] along x,
-   * and so on. Finite and invertible; a mirror turns the triangles round, as moved vertices are. */
-  const float* transforms;
-  size_t transform_stride; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
-} BallotInstances;
+/* Edits of a scene gather until ballot_scene_commit() makes all of them true at once. If it fails, the scene is as it
+ * was. The edits are gone either way. Until then every answer is by the scene as it was committed last, and other
+ * threads may ask. Calls for edits that are refused add nothing to them. Meshes and instances are named by their numbers,
+ * which stay; a number is given once. Scenes with animations refuse edits: ballot_scene_set_time() moves them. */
 
-/* Makes a scene of instances: two levels, the tree of each mesh, built once, below a tree over the instances. It takes
- * the memory of the meshes and 160 bytes an instance on the device. A hit of an instance is a hit of its mesh by the
- * ray transformed into the mesh's space, by the same float32 operations on every device; t is the same in both spaces.
- * At equal t the instance with the smaller number is hit. Triangles are numbered through the instances in their order;
- * that number is `prim` of BallotHit. BallotHits has instance and triangle apart. With identity transforms hits are
- * those of a scene of copies, bit for bit; in "exact" but for hits of two instances whose t are equal in float32. At
- * most 2^32 - 3 triangles counted through all instances, 2^31 - 1 in all meshes.
- *
- * In "watertight" no ray slips through a closed mesh, whatever its transform, nor between instances with equal
- * transforms. Where the borders of instances with different transforms coincide, one may. In "exact" each instance's
- * answer is exact for the ray in its space; instances are ordered by t as reported.
- *
- * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
- * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between
- * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace such a scene. ballot_render() and
- * ballot_make_rays() refuse matrices that multiply rounding errors by more than 4096.
- * options->cache does nothing; options->builder, NULL: "balanced". options may be NULL. */
-BALLOT_API BallotStatus ballot_scene_create_instances(BallotDevice* device, const BallotMesh* meshes, size_t count,
-                                                      const BallotInstances* instances,
-                                                      const BallotSceneOptions* options, BallotScene** scene);
-
-/* Moves the instances of such a scene, or of a file's scene that has some: `count` matrices, one for each. Refits the
- * tree over the instances, or builds it anew once refits have raised its cost by a quarter; the trees of the meshes
- * stay. A failed call leaves the scene as it was. Refused for scenes with animations. Meshes of a file that are used
- * once and follow each other lie in one tree: their instances take the identity alone. stride is in bytes; 0: 48. */
-BALLOT_API BallotStatus ballot_scene_update_instances(BallotScene* scene, const float* transforms, size_t count,
-                                                      size_t stride);
+/* Adds a mesh and writes its number. It has no instance yet. An id of 2^32 - 1 stands for that number. */
+BALLOT_API BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, uint32_t* number);
+/* Gives a mesh other triangles, any number of them. It keeps its instances, name and id. */
+BALLOT_API BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const BallotMesh* with);
+/* Removes a mesh and its instances. */
+BALLOT_API BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t mesh);
+/* Moves the vertices of a mesh, in its own space: `count` must be its vertex_count. Of a mesh from a file they are the
+ * corners of its triangles, three each. BallotSceneOptions::update says how its tree follows. The array is read by
+ * ballot_scene_commit(): keep it until then. stride is in bytes; 0: 12. Once a mesh has moved the scene keeps 36 bytes a
+ * triangle for the next time, of the device if the tree was built there, else of the host. */
+BALLOT_API BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const float* positions,
+                                                  size_t count, size_t stride);
+/* Adds instances of meshes and writes the number of each; numbers may be NULL. */
+BALLOT_API BallotStatus ballot_scene_add_instances(BallotScene* scene, const BallotInstances* instances,
+                                                   uint32_t* numbers);
+BALLOT_API BallotStatus ballot_scene_remove_instances(BallotScene* scene, const uint32_t* instances, size_t count);
+/* Moves instances: a matrix for each, as in BallotInstances. instances NULL: all of them, in the order of their numbers;
+ * the array is then read by ballot_scene_commit(): keep it until then. A mesh that lay in a tree with others gets its
+ * own. The tree over the instances is refitted, or built anew once refits have raised its cost by a quarter; the trees
+ * of the meshes stay. stride is in bytes; 0: 48. */
+BALLOT_API BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* instances,
+                                                    const float* transforms, size_t count, size_t stride);
+/* Sets the masks of instances. An instance of mask 0 is met by nothing. Crossings leave out an instance whose mask shares
+ * no bit with the ray's (BallotLists::ray_masks). */
+BALLOT_API BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instances, const uint32_t* masks,
+                                               size_t count);
+/* Makes the edits true. Trees of meshes that have not changed stay. Hits of later calls are those of the edited scene; in
+ * "watertight" and "exact" they are the same bits whether trees were refitted or built. Does nothing without edits. */
+BALLOT_API BallotStatus ballot_scene_commit(BallotScene* scene);
+/* Drops the edits. */
+BALLOT_API BallotStatus ballot_scene_discard(BallotScene* scene);
 
 typedef struct BallotInstanceInfo {
   size_t size;
-  uint64_t mesh;             /* its number */
+  uint32_t mesh;             /* the number of its mesh */
   uint64_t first, triangles; /* its triangles are prim first to first + triangles - 1 */
   float transform[12];
   char name[256];     /* of its node in the file, else of its mesh; cut off if it is longer */
   uint32_t id;        /* its node in the file, as BallotSceneOptions::ids "node"; else its own number */
   float lo[3], hi[3]; /* a box in the world that holds it; zero if it has no triangle */
+  uint32_t instance;  /* its number */
+  uint32_t mask;
 } BallotInstanceInfo;
-/* Tells of an instance. Scenes without instances are refused. */
-BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t instance, BallotInstanceInfo* info);
-
-/* Moves the vertices of a mesh, in its own space: `count` must be its vertex_count. Of a mesh from a file they are the
- * corners of its triangles, three each. Scenes with animations refuse it, and so does a mesh of a file's instances that
- * lies in one tree with others; options->instances "copy" loads one in which each moves. Hits of later calls are
- * those of the moved scene; in "watertight" and "exact" they are the same bits after a refit and after a build.
- * BallotSceneOptions::update says how the tree moves. A failed call leaves the scene as it was. For the
- * next call the scene keeps 36 bytes a triangle, of the device if its tree was built there, else of the host. stride is
- * in bytes; 0: 12. */
-BALLOT_API BallotStatus ballot_scene_update(BallotScene* scene, size_t mesh, const float* positions, size_t count,
-                                            size_t stride);
+/* Tells of an instance by its place among them, 0 to BallotSceneInfo::instances - 1; they are in the order of their
+ * numbers. */
+BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t place, BallotInstanceInfo* info);
 
 typedef struct BallotAnimationInfo {
   size_t size;
@@ -139,7 +164,7 @@ BALLOT_API BallotStatus ballot_scene_animations(BallotScene* scene, BallotAnimat
                                                 size_t* count);
 /* Moves a scene to a time of one of its animations, numbered from 0: triangles, and for pictures lights and views. A
  * time outside the animation means its beginning or end. BallotSceneOptions::update says how the tree moves; the tree
- * over meshes that are kept once moves as in ballot_scene_update_instances(). If it fails, the scene is as it was. */
+ * over meshes that are kept once moves as in ballot_scene_set_transforms(). If it fails, the scene is as it was. */
 BALLOT_API BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double seconds);
 
 typedef struct BallotSceneInfo {
@@ -148,31 +173,32 @@ typedef struct BallotSceneInfo {
   uint64_t meshes, views;
   float lo[3], hi[3]; /* the bounds; zero if the scene is empty */
   uint64_t nodes, leaves, depth;
-  double sah;                  /* expected cost of a random ray that meets the bounds; 0 with instances */
-  double build_seconds;        /* of the last build of the tree; of all trees of a scene of instances */
-  uint64_t instances;          /* 0: each mesh lies in the world, once */
+  double sah;           /* expected cost of a random ray that meets the bounds; 0 of several trees */
+  double build_seconds; /* of the last build of the tree; of all trees if there are several */
+  uint64_t instances;
   uint64_t instance_triangles; /* counted through all instances */
   double top_seconds;          /* of the last build or refit of the tree over the instances */
   double decay; /* sah divided by that at the last build: traces are slower by about this factor; 1 at a build */
-  double update_seconds; /* of the last update of vertices or time; 0: there was none */
+  double update_seconds; /* of the last commit or change of time; 0: there was none */
   uint64_t refits;       /* such updates since the last build, which have all refitted the tree */
+  uint64_t trees;        /* below the tree over the instances; 0: one tree over all, in the world */
 } BallotSceneInfo;
 BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info);
 
 typedef struct BallotMeshInfo {
   size_t size;
   uint32_t id; /* BallotMesh::id, or the mesh or group in the file */
-  /* Its triangles are first to first + triangles - 1 of ballot_scene_triangles(). In a scene without instances that is
-   * their prim; else ballot_scene_instance() tells. */
+  /* Its triangles are first to first + triangles - 1 of ballot_scene_triangles(). ballot_scene_instance() tells their
+   * prims. */
   uint64_t first, triangles;
   char name[256];     /* as in the file, else "mesh N", or "scene" of one mesh; cut off if it is longer */
   float lo[3], hi[3]; /* its bounds, in its own space; zero if it has no triangle */
+  uint32_t mesh;      /* its number */
 } BallotMeshInfo;
-/* Tells of a mesh of a scene. */
-BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t mesh, BallotMeshInfo* info);
+/* Tells of a mesh by its place among them, 0 to BallotSceneInfo::meshes - 1; they are in the order of their numbers. */
+BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo* info);
 
-/* Writes nine floats for each triangle of each mesh: x, y, z of its three vertices, in the mesh's own space. That is
- * the world unless the scene has instances. */
+/* Writes nine floats for each triangle of each mesh: x, y, z of its three vertices, in the mesh's own space. */
 BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles);
 BALLOT_API const char* ballot_scene_error(BallotScene* scene);
 

@@ -144,8 +144,6 @@ inline BallotLists lists_of(const CrossingQuery& query, std::size_t rays) {
   lists.numeric = query.numeric.c_str();
   lists.cull = std::uint32_t(query.cull);
   lists.alpha = query.alpha;
-  lists.mesh_masks = query.mesh_masks.empty() ? nullptr : query.mesh_masks.data();
-  lists.mesh_mask_count = query.mesh_masks.size();
   lists.ray_masks = query.ray_masks.empty() ? nullptr : query.ray_masks.data();
   set_progress(lists, query.progress);
   return lists;
@@ -220,12 +218,21 @@ inline BallotInstances instances_of(const Instances& i) {
   instances.count = matrices(i.transforms, i.stride);
   instances.transforms = i.transforms.data();
   instances.transform_stride = i.stride;
+  if (!i.masks.empty() && i.masks.size() != instances.count)
+    throw Error(Code::Argument, "instances: " + std::to_string(i.masks.size()) + " masks, but " +
+                                    std::to_string(instances.count) + " matrices; expected as many");
+  instances.masks = i.masks.empty() ? nullptr : i.masks.data();
   if (i.meshes.empty()) return instances;
   if (i.meshes.size() != instances.count)
     throw Error(Code::Argument, "instances: " + std::to_string(i.meshes.size()) + " numbers of meshes, but " +
                                     std::to_string(instances.count) + " matrices; expected as many");
   instances.meshes = i.meshes.data();
   return instances;
+}
+inline void check_as_many(const char* what, std::size_t found, std::size_t instances) {
+  if (found != instances)
+    throw Error(Code::Argument, "instances: " + std::to_string(found) + " " + what + ", but " +
+                                    std::to_string(instances) + " numbers of instances; expected as many");
 }
 inline BallotSceneOptions options_of(const SceneOptions& options) {
   auto o = BALLOT_INIT(BallotSceneOptions);
@@ -237,7 +244,8 @@ inline BallotSceneOptions options_of(const SceneOptions& options) {
   o.expected_rays = options.expected_rays;
   o.allow_outside = options.allow_outside;
   o.instances = options.instances.c_str();
-  o.ids = options.ids.c_str();
+  if (!options.ids.empty()) o.ids = options.ids.c_str();
+  o.layout = options.layout.c_str();
   set_progress(o, options.progress);
   return o;
 }
@@ -247,7 +255,7 @@ inline SceneInfo scene_info_of(BallotScene* scene) {
   check(ballot_scene_info(scene, &i));
   SceneInfo info{i.triangles, i.degenerate, i.meshes, i.views,        {}, {}, i.nodes,
                  i.leaves,    i.depth,      i.sah,    i.build_seconds};
-  info.decay = i.decay, info.update_seconds = i.update_seconds, info.refits = i.refits;
+  info.decay = i.decay, info.update_seconds = i.update_seconds, info.refits = i.refits, info.trees = i.trees;
   info.instances = i.instances, info.instance_triangles = i.instance_triangles, info.top_seconds = i.top_seconds;
   for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
   return info;
@@ -256,6 +264,7 @@ inline MeshInfo mesh_info_of(BallotScene* scene, std::size_t mesh) {
   auto i = BALLOT_INIT(BallotMeshInfo);
   check(ballot_scene_mesh(scene, mesh, &i));
   MeshInfo info{i.name, i.id, i.first, i.triangles};
+  info.mesh = i.mesh;
   for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
   return info;
 }
@@ -263,6 +272,7 @@ inline InstanceInfo instance_info_of(BallotScene* scene, std::size_t instance) {
   auto i = BALLOT_INIT(BallotInstanceInfo);
   check(ballot_scene_instance(scene, instance, &i));
   InstanceInfo info{i.name, i.id, i.mesh, i.first, i.triangles};
+  info.instance = i.instance, info.mask = i.mask;
   for (int k = 0; k < 12; ++k) info.transform[k] = i.transform[k];
   for (int axis = 0; axis < 3; ++axis) info.lo[axis] = i.lo[axis], info.hi[axis] = i.hi[axis];
   return info;

@@ -102,6 +102,7 @@ struct Instances {
   std::span<const float> transforms;           // 12 floats each, or as `stride` says
   std::span<const std::uint32_t> meshes = {};  // number of each instance's mesh; empty: 0
   std::size_t stride = 0;                      // bytes from one matrix to the next; 0: 48. Of 4 x 4 matrices: 64
+  std::span<const std::uint32_t> masks = {};   // of each, as Scene::set_masks() says; empty: all bits
 };
 
 struct SceneOptions {
@@ -112,7 +113,7 @@ struct SceneOptions {
   std::uint32_t max_leaf = 6;  // most triangles of a leaf, 1 to 6
   float split_budget = 0.5f;   // of "best": share of references that spatial splits may add, 0 to 16
   bool cache = false;          // keep the tree on disk, in $XDG_CACHE_HOME/ballot
-  /// How Scene::update() updates the tree. "refit" keeps its shape and moves its boxes: the quickest update, but traces
+  /// How a tree follows Scene::set_vertices(). "refit" keeps its shape and moves its boxes: the quickest update, but traces
   /// become slower as triangles move apart. "rebuild" builds it anew. "auto" refits, and rebuilds once queries have
   /// lost more time than a rebuild costs over a refit. If a triangle gains or loses its area, it is always rebuilt.
   std::string update = "auto";
@@ -122,9 +123,12 @@ struct SceneOptions {
   /// whole. "copy": each use is a moved copy. "auto": kept where that saves 4 million triangles and half of the
   /// scene's, or where copies would not fit into memory.
   std::string instances = "auto";
+  /// Which meshes lie in one tree. "auto": those that the scene is made with, unless instances are given or a file keeps
+  /// them once. "merge": those that are placed once, by the identity. "separate": none, so that each moves by itself.
+  std::string layout = "auto";
   /// What Results::mesh_ids holds for a scene file: "mesh" (of glTF, or the group of OBJ), "node" (of glTF) or
   /// "material", by the numbers of the file. Of scenes made of meshes: Mesh::id.
-  std::string ids = "mesh";
+  std::string ids = {};  // empty: "mesh"
   /// Called now and then with the share of the tree that is built, by any thread, one at a time. Returning false ends
   /// the call with Error(Interrupted). Must not throw.
   std::function<bool(double done)> progress = {};
@@ -152,7 +156,7 @@ struct Results {
   float* uvs = nullptr;                // two floats
   float* normals = nullptr;            // three floats: unit normal, by the right-hand rule over the vertices
   std::uint8_t* occluded = nullptr;    // 1: hit
-  std::uint32_t* instances = nullptr;  // number of the instance; 0 in scenes without instances
+  std::uint32_t* instances = nullptr;  // number of the instance
 };
 
 struct Times {
@@ -196,13 +200,12 @@ struct PointQuery {
 /// which the vertices run counter-clockwise.
 enum class Cull : std::uint32_t { None = BALLOT_CULL_NONE, Back = BALLOT_CULL_BACK, Front = BALLOT_CULL_FRONT };
 
-/// How to find crossings. A mesh is left out if its mask shares no bit with the ray's; no masks: all bits.
+/// How to find crossings.
 struct CrossingQuery {
   std::uint32_t most = 0;              // list the first so many of each ray; 0: all
   std::string numeric = "watertight";  // or "exact": numbers and order of exact arithmetic; of instances by t
   Cull cull = Cull::None;
-  std::span<const std::uint32_t> mesh_masks = {};  // of each mesh, as Scene::meshes() lists them
-  std::span<const std::uint32_t> ray_masks = {};   // of each ray
+  std::span<const std::uint32_t> ray_masks = {};  // of each ray, as Scene::set_masks() says; empty: all bits
   bool alpha = false;  // leave out a triangle where its surface stops nothing: BallotLists::alpha
   std::function<bool(double done)> progress = {};  // as Query::progress
 };
@@ -218,29 +221,33 @@ struct SceneInfo {
   float lo[3] = {}, hi[3] = {};                                        // the bounds; zero if the scene is empty
   std::uint64_t nodes = 0, leaves = 0, depth = 0;
   double sah = 0, build_seconds = 0;
-  std::uint64_t instances = 0, instance_triangles = 0;  // 0 in scenes without; triangles counted through all
+  std::uint64_t instances = 0, instance_triangles = 0;  // triangles counted through all instances
   double top_seconds = 0;                               // of the last build or refit of the tree over the instances
   double decay = 1;           // sah divided by that at the last build: traces are slower by about this factor
-  double update_seconds = 0;  // of the last update
-  std::uint64_t refits = 0;   // updates since the last build
+  double update_seconds = 0;  // of the last commit or change of time
+  std::uint64_t refits = 0;   // such since the last build
+  std::uint64_t trees = 0;    // below the tree over the instances; 0: one tree over all, in the world
 };
 
-/// A mesh of a scene: triangles `first` to first + triangles - 1 of Scene::triangles(). In a scene without instances
-/// that is Hit::prim.
+/// A mesh of a scene: triangles `first` to first + triangles - 1 of Scene::triangles().
 struct MeshInfo {
   std::string name = {};  // as in the file, else "mesh N", or "scene" of one; cut off after 255 bytes
   std::uint32_t id = 0;   // Mesh::id, or the mesh or group in the file
   std::uint64_t first = 0, triangles = 0;
   float lo[3] = {}, hi[3] = {};  // its bounds, in its own space; zero if it has no triangle
+  std::uint32_t mesh = 0;        // its number
 };
 
 /// An instance of a mesh: Hit::prim is `first` to first + triangles - 1.
 struct InstanceInfo {
-  std::string name = {};  // of its node in the file, else of its mesh; cut off after 255 bytes
-  std::uint32_t id = 0;   // its node in the file; else its own number
-  std::uint64_t mesh = 0, first = 0, triangles = 0;
+  std::string name = {};   // of its node in the file, else of its mesh; cut off after 255 bytes
+  std::uint32_t id = 0;    // its node in the file; else its own number
+  std::uint32_t mesh = 0;  // its number
+  std::uint64_t first = 0, triangles = 0;
   float transform[12] = {};      // as Instances::transforms
   float lo[3] = {}, hi[3] = {};  // a box in the world that holds it; zero if it has no triangle
+  std::uint32_t instance = 0;    // its number
+  std::uint32_t mask = 0;
 };
 
 /// An animation of a scene file.

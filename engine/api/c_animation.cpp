@@ -43,7 +43,7 @@ BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double 
     if (animation >= count)
       refuse(fmt::format("animation {} of a scene that has {}; expected a number below that", animation, count));
     engine.set_time(animation, seconds, state->update);
-    for (MeshState& mesh : state->meshes) mesh.bounds.reset();
+    for (auto& [number, mesh] : state->meshes) mesh.bounds.reset();
     state->refits = engine.last_update().refitted ? state->refits + 1 : 0;
   });
 }

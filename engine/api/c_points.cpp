@@ -225,12 +225,11 @@ class ListQuery {
     if (lists.alpha && query_.exact)
       refuse("crossings: alpha is 1 and numeric is 'exact'; expected one of them: textures are read in float32");
     query_.alpha = lists.alpha != 0;
-    if (!lists.mesh_masks) return;
-    if (lists.mesh_mask_count != scene.meshes.size())
-      refuse(
-          fmt::format("crossings: {} masks of meshes; the scene has {}", lists.mesh_mask_count, scene.meshes.size()));
-    for (const Placement& p : scene.engine->scene_facts().instances.placements)
-      triangle_masks_.insert(triangle_masks_.end(), scene.meshes[p.mesh].triangles, lists.mesh_masks[p.mesh]);
+    if (!lists.ray_masks) return;
+    const SceneInstances& all = scene.engine->scene_facts().instances;
+    if (std::ranges::all_of(all.placements, [](const Placement& p) { return p.mask == kMeetsAll; })) return;
+    for (const Placement& p : all.placements)
+      triangle_masks_.insert(triangle_masks_.end(), all.triangles_of(p.mesh), p.mask);
     query_.triangle_masks = triangle_masks_;
   }
   ListQuery(const ListQuery&) = delete;

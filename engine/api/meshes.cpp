@@ -1,6 +1,7 @@
 #include "engine/api/meshes.h"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "engine/core/parallel.h"
@@ -10,6 +11,7 @@ namespace ballot::api {
 namespace {
 
 constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
+constexpr std::size_t kMostInstances = std::numeric_limits<std::uint32_t>::max() - 2;  // each has a triangle at least
 constexpr float kLargestCoordinate = 1e12f;  // the limit of build_bvh() (engine/bvh/bvh.h)
 
 glm::vec3 vertex(const float* positions, std::size_t stride, std::size_t i) {
@@ -29,14 +31,6 @@ std::vector<std::uint32_t> read_indices(const BallotMesh& m, const std::string& 
       refuse(fmt::format("{}: index {} is {}, but there are {} vertices", where, i, indices[i], m.vertex_count));
   }
   return indices;
-}
-
-void add_normals(const BallotMesh& m, const MeshState& mesh, Scene& scene, const std::string& where) {
-  if (!m.normals) return;
-  const std::size_t stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
-  check_vertices(m.normals, stride, m.vertex_count, where + ", normals");
-  scene.normals.resize(scene.triangles.size());
-  gather(mesh, m.normals, stride, scene.normals.data() + mesh.first);
 }
 
 /// Gives the triangles of meshes without normals their own, where other meshes have some.
@@ -67,26 +61,39 @@ void check_vertices(const float* positions, std::size_t stride, std::size_t coun
   });
 }
 
-MeshState read_mesh(const BallotMesh& m, std::size_t first, const std::string& where) {
+void check_triangle_count(std::size_t triangles, const std::string& where) {
+  if (triangles > kMostTriangles)
+    refuse(fmt::format("{}: the scene has {} triangles with it; at most {} are possible", where, triangles,
+                       kMostTriangles));
+}
+
+GivenMesh read_mesh(const BallotMesh& m, const std::string& where) {
   if (!m.positions || m.vertex_count == 0)
     refuse(fmt::format("{}: positions is NULL or vertex_count is 0; leave empty meshes out", where));
   const std::size_t corners = m.indices ? m.index_count : m.vertex_count;
   if (corners == 0 || corners % 3)
     refuse(fmt::format("{}: {} {}; expected a multiple of 3, at least 3", where, corners,
                        m.indices ? "indices" : "vertices without indices"));
-  if (first + corners / 3 > kMostTriangles)
-    refuse(fmt::format("{}: the scene has {} triangles with it; at most {} are possible", where, first + corners / 3,
-                       kMostTriangles));
+  check_triangle_count(corners / 3, where);
   if (!m.indices && m.index_count)
     refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
-  MeshState mesh{first, corners / 3, m.vertex_count, {}};
+  GivenMesh mesh{{corners / 3, m.vertex_count}, {}};
   if (m.indices && m.index_type == BALLOT_INDEX_U16)
-    mesh.indices = read_indices<std::uint16_t>(m, where);
+    mesh.state.indices = read_indices<std::uint16_t>(m, where);
   else if (m.indices && m.index_type == BALLOT_INDEX_U32)
-    mesh.indices = read_indices<std::uint32_t>(m, where);
+    mesh.state.indices = read_indices<std::uint32_t>(m, where);
   else if (m.indices)
     refuse(
         fmt::format("{}: index_type is {}; expected BALLOT_INDEX_U16 or BALLOT_INDEX_U32", where, int(m.index_type)));
+  const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
+  check_vertices(m.positions, stride, m.vertex_count, where);
+  mesh.geometry.triangles.resize(mesh.state.triangles);
+  gather(mesh.state, m.positions, stride, mesh.geometry.triangles.data());
+  if (!m.normals) return mesh;
+  const std::size_t normal_stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
+  check_vertices(m.normals, normal_stride, m.vertex_count, where + ", normals");
+  mesh.geometry.normals.resize(mesh.state.triangles);
+  gather(mesh.state, m.normals, normal_stride, mesh.geometry.normals.data());
   return mesh;
 }
 
@@ -100,7 +107,7 @@ void gather(const MeshState& mesh, const float* from, std::size_t stride, std::a
   });
 }
 
-Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::vector<MeshState>& parts) {
+Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::map<std::uint32_t, MeshState>& states) {
   check_mesh_count(meshes, count);
   Scene made;
   made.name = "scene";
@@ -108,22 +115,45 @@ Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::vector<MeshS
   for (std::size_t i = 0; i < count; ++i) {
     const std::string where = fmt::format("mesh {}", i);
     const BallotMesh m = mesh_struct(meshes, i);
-    const MeshState& mesh = parts.emplace_back(read_mesh(m, made.triangles.size(), where));
-    const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
-    check_vertices(m.positions, stride, m.vertex_count, where);
-    made.triangles.resize(mesh.first + mesh.triangles);
-    gather(mesh, m.positions, stride, made.triangles.data() + mesh.first);
-    add_normals(m, mesh, made, where);
-    all.first.push_back(mesh.first);
+    GivenMesh mesh = read_mesh(m, where);
+    const std::size_t first = made.triangles.size();
+    check_triangle_count(first + mesh.state.triangles, where);
+    all.first.push_back(first);
     all.mesh_labels.push_back({.id = m.id});
+    if (first == 0) {
+      made.triangles = std::move(mesh.geometry.triangles);
+      made.normals = std::move(mesh.geometry.normals);
+    } else {
+      made.triangles.insert(made.triangles.end(), mesh.geometry.triangles.begin(), mesh.geometry.triangles.end());
+      if (!mesh.geometry.normals.empty()) made.normals.resize(first);
+      made.normals.insert(made.normals.end(), mesh.geometry.normals.begin(), mesh.geometry.normals.end());
+    }
+    states.emplace_hint(states.end(), static_cast<std::uint32_t>(i), std::move(mesh.state));
   }
   fill_normals(made);
   all.first.push_back(made.triangles.size());
   return made;
 }
 
+std::vector<Placement> read_instances(const BallotInstances& given) {
+  if (given.count && !given.transforms)
+    refuse(fmt::format("instances: transforms is NULL, but count is {}", given.count));
+  if (given.count > kMostInstances)
+    refuse(fmt::format("instances: count is {}; at most {} are possible", given.count, kMostInstances));
+  const std::size_t stride =
+      stride_of(given.transform_stride, sizeof(Transform), given.count, "instances: transform_stride");
+  std::vector<Placement> all(given.count);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (given.meshes) all[i].mesh = given.meshes[i];
+    if (given.masks) all[i].mask = given.masks[i];
+    std::memcpy(&all[i].transform, reinterpret_cast<const char*>(given.transforms) + i * stride, sizeof(Transform));
+  }
+  return all;
+}
+
 Bounds bounds_of(SceneState& scene, std::size_t mesh) {
-  std::optional<Bounds>& bounds = scene.meshes[mesh].bounds;
+  const std::uint32_t number = scene.engine->scene_facts().instances.mesh_labels[mesh].number;
+  std::optional<Bounds>& bounds = scene.meshes.at(number).bounds;
   if (!bounds) bounds = bounds_of_mesh(scene.engine->scene(), mesh);
   return *bounds;
 }

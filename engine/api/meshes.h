@@ -13,20 +13,31 @@ inline std::size_t vertex_stride(std::size_t given, std::size_t count, const std
 /// Throws Refused unless there can be so many structs one after the other.
 void check_mesh_count(const BallotMesh* meshes, std::size_t count);
 
+/// A mesh that a caller gave.
+struct GivenMesh {
+  MeshState state;
+  MeshGeometry geometry;
+};
+/// Checks a mesh and reads its triangles. Throws Refused, which begins with `where`.
+GivenMesh read_mesh(const BallotMesh& m, const std::string& where);
+
+/// Throws Refused if a scene has too many triangles. `where` begins the text.
+void check_triangle_count(std::size_t triangles, const std::string& where);
+
 /// Throws Refused, which names the vertex, if a coordinate is not finite or beyond 1e12.
 void check_vertices(const float* positions, std::size_t stride, std::size_t count, const std::string& where);
-
-/// Checks a mesh and returns its part of the scene, which begins with triangle `first`. Throws Refused.
-MeshState read_mesh(const BallotMesh& m, std::size_t first, const std::string& where);
 
 /// Writes three vectors for each triangle of a mesh.
 void gather(const MeshState& mesh, const float* from, std::size_t stride, std::array<glm::vec3, 3>* to);
 
-/// Checks meshes and returns a scene of them, which the caller finishes. Adds their parts to `parts`. Throws Refused,
+/// Checks meshes and returns a scene of them, which the caller finishes. Writes their states by number. Throws Refused,
 /// which names the mesh.
-Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::vector<MeshState>& parts);
+Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::map<std::uint32_t, MeshState>& states);
 
-/// Returns the bounds of a mesh in its own space. The device's mutex is held.
+/// Checks instances and returns them. Throws Refused.
+std::vector<Placement> read_instances(const BallotInstances& given);
+
+/// Returns the bounds of a mesh, by its index, in its own space. The device's mutex is held.
 Bounds bounds_of(SceneState& scene, std::size_t mesh);
 
 /// Throws Refused if animations move the scene: setting a time would undo what else moves. `call` begins the text.

@@ -13,7 +13,8 @@ namespace ballot::api {
 class PlaceTable {
  public:
   /// The scene is finished: finish_scene().
-  PlaceTable(const Scene& scene, IdSource source) : ids_(scene, source), instanced_(scene.instanced()) {
+  PlaceTable(const Scene& scene, IdSource source) : ids_(scene, source) {
+    for (const PlacementLabel& label : scene.instances.placement_labels) number_.push_back(label.number);
     std::uint32_t prim = 0;
     for (const Placement& p : scene.instances.placements) {
       const auto count = static_cast<std::uint32_t>(scene.instances.triangles_of(p.mesh));
@@ -31,8 +32,8 @@ class PlaceTable {
   }
   /// Returns the first triangle of a placement.
   std::uint32_t first_of(std::size_t placement) const { return first_[placement]; }
-  /// Returns the number that a hit on a placement reports: 0 in flat scenes.
-  std::uint32_t instance_of(std::uint32_t placement) const { return instanced_ ? placement : 0; }
+  /// Returns the number that a hit on a placement reports.
+  std::uint32_t instance_of(std::uint32_t placement) const { return number_[placement]; }
   /// Returns the id of a triangle of a placement.
   std::uint32_t id_of(std::uint32_t prim, std::uint32_t placement) const {
     return id_of_.empty() ? ids_.at(prim) : id_of_[placement];
@@ -40,9 +41,9 @@ class PlaceTable {
 
  private:
   PrimIds ids_;
-  bool instanced_;
-  std::vector<std::uint32_t> first_;  // triangle of each placement, and behind these their end
-  std::vector<std::uint32_t> id_of_;  // each placement; none: its triangles have ids of their own
+  std::vector<std::uint32_t> number_;  // of each placement
+  std::vector<std::uint32_t> first_;   // triangle of each placement, and behind these their end
+  std::vector<std::uint32_t> id_of_;   // each placement; none: its triangles have ids of their own
 };
 
 }  // namespace ballot::api

@@ -136,7 +136,9 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
                   fmt::format("{}: the buffer of {} has {} records; expected {}", call, what, buffer.records, count));
 }
 
-void SceneState::open(Scene scene, IdSource ids, const EngineOptions& options, const Progress& progress) {
+void SceneState::open(Scene scene, const EngineOptions& options, const Progress& progress) {
+  next = {static_cast<std::uint32_t>(scene.instances.meshes()),
+          static_cast<std::uint32_t>(scene.instances.placements.size())};
   places.emplace(scene, ids);
   engine = std::make_unique<Engine>(std::move(scene), options, progress);
 }

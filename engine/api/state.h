@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <map>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -90,11 +91,26 @@ class DeviceUse : DeviceHold {
   explicit DeviceUse(DeviceState& device) : DeviceHold(device) { device.gpu->flush(); }
 };
 
-/// A mesh of a scene: its triangles are [first, first + triangles) of the scene's arrays.
+/// What a mesh's caller gave, and what the next caller may ask.
 struct MeshState {
-  std::size_t first = 0, triangles = 0, vertices = 0;
-  std::vector<std::uint32_t> indices;  // empty: vertices in turn
-  std::optional<Bounds> bounds = {};   // in its own space; found when somebody asks
+  std::size_t triangles = 0, vertices = 0;
+  std::vector<std::uint32_t> indices = {};  // empty: vertices in turn
+  std::optional<Bounds> bounds = {};        // in its own space; found when somebody asks
+};
+
+/// Edits that wait for a commit.
+struct PendingEdits {
+  /// Vertices in the caller's memory.
+  struct Vertices {
+    const float* positions;
+    std::size_t stride, count;
+  };
+  PendingEdits(const Scene& scene, SceneNumbers& next) : edits(scene, next) {}
+
+  SceneEdits edits;
+  std::map<std::uint32_t, MeshState> meshes;   // that are added, or have other triangles, by number
+  std::map<std::uint32_t, Vertices> vertices;  // that move, by number
+  std::vector<Transform> transforms;  // of all instances, if they do not lie side by side in the caller's memory
 };
 
 struct SceneState {
@@ -102,18 +118,20 @@ struct SceneState {
     const DeviceHold hold(*device);
     engine.reset();
   }
-  /// Takes a finished scene, the ids of its triangles and the options of its engine.
-  void open(Scene scene, IdSource ids, const EngineOptions& options, const Progress& progress);
+  /// Takes a finished scene and the options of its engine.
+  void open(Scene scene, const EngineOptions& options, const Progress& progress);
 
   std::shared_ptr<DeviceState> device;
   std::unique_ptr<Engine> engine;
-  std::vector<MeshState> meshes;
+  std::map<std::uint32_t, MeshState> meshes;  // by number
+  IdSource ids = IdSource::Mesh;
   std::optional<PlaceTable> places;  // there with the engine
+  SceneNumbers next;                 // of meshes and instances
+  std::optional<PendingEdits> pending;
   UpdateMode update = UpdateMode::Auto;
-  std::uint64_t refits = 0;     // since the last build
-  std::vector<Triangle> spare;  // of the last update; the next one is put there
-  std::string sky;              // the one in use, as a picture named it; empty: the scene's own
-  std::optional<Sky> own_sky;   // the scene's, once a picture has named another
+  std::uint64_t refits = 0;    // since the last build
+  std::string sky;             // the one in use, as a picture named it; empty: the scene's own
+  std::optional<Sky> own_sky;  // the scene's, once a picture has named another
   LastError error;
 };
 

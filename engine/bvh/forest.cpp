@@ -10,18 +10,30 @@
 #include "engine/core/parallel.h"
 
 namespace ballot {
+namespace {
+
+std::uint64_t next_exchange() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+}  // namespace
 
 MeshTree make_mesh_tree(std::span<const Triangle> triangles, Bvh bvh) {
   const MeshExtents extents = extents_of(bvh, triangles);
   return {triangles, std::make_shared<const Bvh>(std::move(bvh)), extents};
 }
 
-Forest::Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements) : meshes_(std::move(meshes)) {
+Forest::Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements, InstanceNumbers numbers)
+    : meshes_(std::move(meshes)),
+      first_of_(std::move(numbers.prims)),
+      names_(std::move(numbers.names)),
+      exchanges_(next_exchange()) {
   place(placements);
 }
 
 Forest::Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build)
-    : own_(std::move(meshes)) {
+    : own_(std::move(meshes)), exchanges_(next_exchange()) {
   for (const std::vector<Triangle>& triangles : own_) meshes_.push_back(make_mesh_tree(triangles, build(triangles)));
   place(placements);
 }
@@ -40,16 +52,20 @@ void Forest::place(std::span<const Placement> placements) {
   set(std::move(made), std::move(top));
 }
 
-/// Numbers the triangles through the instances.
+/// Numbers the triangles through the instances, unless they have numbers.
 void Forest::number() {
-  std::uint64_t count = 0;
+  if (!first_of_.empty()) {
+    count_ = first_of_.back();
+    first_of_.pop_back();
+    return;
+  }
   for (std::size_t i = 0; i < mesh_of_.size(); ++i) {
-    first_of_.push_back(std::uint32_t(count));
-    count += meshes_[mesh_of_[i]].triangles.size();
-    if (count > kMostPrims)
+    first_of_.push_back(std::uint32_t(count_));
+    count_ += meshes_[mesh_of_[i]].triangles.size();
+    if (count_ > kMostPrims)
       fail(Failure::Arguments,
            "instance {}: with it the scene has {} triangles, counted through its instances; at most {} can be numbered",
-           i, count, kMostPrims);
+           i, count_, kMostPrims);
   }
 }
 
@@ -60,7 +76,7 @@ void Forest::check_count(std::span<const Transform> transforms) const {
 }
 
 MeshTree Forest::exchange(std::size_t mesh, MeshTree with) {
-  ++exchanges_;
+  exchanges_ = next_exchange();
   reshaped_ |= with.extents.empty != meshes_[mesh].extents.empty;
   return std::exchange(meshes_[mesh], std::move(with));
 }
@@ -89,7 +105,7 @@ std::vector<Instance> Forest::placed(std::span<const Transform> transforms) cons
   std::vector<Instance> made(mesh_of_.size());
   for_chunks(made.size(), 1 << 10, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      made[i] = place_instance(meshes_[mesh_of_[i]].extents, transforms[i], i);
+      made[i] = place_instance(meshes_[mesh_of_[i]].extents, transforms[i], name_of(i));
       made[i].mesh = mesh_of_[i];
       made[i].first = first_of_[i];
     }
@@ -172,9 +188,7 @@ std::vector<double> Forest::walk_shares() const {
   return shares;
 }
 
-std::uint64_t Forest::triangle_count() const {
-  return mesh_of_.empty() ? 0 : first_of_.back() + meshes_[mesh_of_.back()].triangles.size();
-}
+std::uint64_t Forest::triangle_count() const { return count_; }
 
 Forest::Place Forest::place_of(std::uint32_t prim) const {
   // The last instance that begins at or before it; those without triangles begin where the next one does.

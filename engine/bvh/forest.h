@@ -35,6 +35,12 @@ struct TopTree : TopFacts {
   std::vector<glm::uvec4> texels;  // inner nodes, then the records of the instances
 };
 
+/// How instances and their triangles are numbered.
+struct InstanceNumbers {
+  std::vector<std::uint32_t> prims = {};  // of each, its first triangle, and their end; none: they follow one another
+  std::vector<std::uint32_t> names = {};  // of each, what errors call it; none: its index
+};
+
 /// Meshes with their trees, and their instances below a top-level tree. Hits number the triangles of the first instance
 /// first, then those of the second, and so on, as if the scene had been made of moved copies. Const functions may be
 /// called from several threads at once.
@@ -42,10 +48,10 @@ class Forest {
  public:
   using BuildMesh = std::function<Bvh(std::span<const Triangle>)>;
 
-  /// Builds the top-level tree over instances of meshes with their trees, which other forests may have too. Keeps
-  /// references to the triangles. Throws Error(Arguments) if a placement names no mesh, as place_instance() does, or if
-  /// there are too many triangles.
-  Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements);
+  /// Builds the top-level tree over instances of meshes with their trees, which other forests may have too. Keeps references
+  /// to the triangles. Throws Error(Arguments) if a placement names no mesh, as place_instance() does, or if there are
+  /// too many triangles.
+  Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements, InstanceNumbers numbers = {});
   /// The same for triangles that the forest keeps, whose trees `build` makes. Throws what that throws, too.
   Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build);
 
@@ -57,7 +63,7 @@ class Forest {
   /// Puts another mesh in the place of one with as many triangles, and returns that. move() must follow, as instances
   /// lie elsewhere then.
   MeshTree exchange(std::size_t mesh, MeshTree with);
-  /// Returns how often that was done: another number tells that meshes have changed.
+  /// Returns a number that differs from those of other forests, and from those of before an exchange.
   std::uint64_t exchanges() const { return exchanges_; }
 
   /// Returns the share of each mesh in the time that random rays are expected to take in the trees below the top level:
@@ -76,6 +82,8 @@ class Forest {
   std::size_t size() const { return mesh_of_.size(); }
   std::uint32_t mesh_of(std::size_t instance) const { return mesh_of_[instance]; }
   std::uint32_t first_of(std::size_t instance) const { return first_of_[instance]; }
+  /// Returns what errors call an instance.
+  std::size_t name_of(std::size_t instance) const { return names_.empty() ? instance : names_[instance]; }
   const std::vector<Instance>& instances() const {
     bring();
     return instances_;
@@ -116,11 +124,12 @@ class Forest {
 
   std::vector<std::vector<Triangle>> own_;  // triangles that nobody else keeps
   std::vector<MeshTree> meshes_;
-  std::vector<std::uint32_t> mesh_of_, first_of_;  // of each instance
+  std::vector<std::uint32_t> mesh_of_, first_of_, names_;  // of each instance
   std::vector<Transform> transforms_;
   TopFacts facts_;
   Bvh summary_;
-  std::uint64_t exchanges_ = 0;
+  std::uint64_t exchanges_;
+  std::uint64_t count_ = 0;                  // of triangles
   bool reshaped_ = false;                    // instances can be hit that could not, or the other way round
   mutable std::vector<Instance> instances_;  // these two of an earlier time while they are late
   mutable TopTree top_;

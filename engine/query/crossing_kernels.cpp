@@ -62,7 +62,7 @@ void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangl
   if (triangle_masks.size() != triangles)
     fail(Failure::Arguments, "masks of triangles: found {}; the scene has {} triangles", triangle_masks.size(),
          triangles);
-  if (std::ranges::equal(triangle_masks, uploaded_)) return;
+  if (triangle_masks_ && std::ranges::equal(triangle_masks, uploaded_)) return;
   uploaded_.assign(triangle_masks.begin(), triangle_masks.end());
   buffer_for(triangle_masks_, gpu_, triangles, "masks of triangles").upload(triangle_masks);
 }

@@ -141,8 +141,13 @@ std::unique_ptr<Forest> WholeTree::whole_forest(const Forest& scene) {
   for (MeshTree& mesh : meshes)
     if (has_splits(*mesh.bvh)) mesh = make_mesh_tree(mesh.triangles, build_bvh(mesh.triangles, kWhole));
   std::vector<Placement> placements;
-  for (std::size_t i = 0; i < scene.size(); ++i) placements.push_back({scene.mesh_of(i), scene.transforms()[i]});
-  return std::make_unique<Forest>(std::move(meshes), placements);
+  InstanceNumbers numbers;
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    placements.push_back({scene.mesh_of(i), scene.transforms()[i]});
+    numbers.prims.push_back(scene.first_of(i));
+  }
+  numbers.prims.push_back(std::uint32_t(scene.triangle_count()));
+  return std::make_unique<Forest>(std::move(meshes), placements, std::move(numbers));
 }
 
 bool WholeTree::update() {

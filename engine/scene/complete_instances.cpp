@@ -1,6 +1,7 @@
 // What a scene gets of meshes, placements and names that its maker did not give.
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/scene/instances.h"
@@ -50,6 +51,26 @@ void check_names(const Scene& scene) {
          all.names.size());
 }
 
+/// Has meshes lie in the world, or not, as the layout asks for. Nobody meets a mesh of mask 0, so none shares its tree.
+void lay_out(SceneInstances& all) {
+  std::vector<std::uint32_t> uses(all.meshes());
+  for (const Placement& p : all.placements) ++uses[p.mesh];
+  std::size_t next = 0;  // no mesh before it may follow
+  for (const Placement& p : all.placements) {
+    bool& in_world = all.mesh_labels[p.mesh].in_world;
+    if (all.layout == Layout::Merge) in_world = uses[p.mesh] == 1 && is_identity(p.transform) && p.mesh >= next;
+    if (all.layout == Layout::Separate || p.mask == 0) in_world = false;
+    if (in_world) next = p.mesh + std::size_t{1};
+  }
+}
+
+/// Numbers meshes and placements in their order, unless they have numbers.
+void number(SceneInstances& all) {
+  if (std::exchange(all.numbered, true)) return;
+  for (std::uint32_t number = 0; MeshLabel & label : all.mesh_labels) label.number = number++;
+  for (std::uint32_t number = 0; PlacementLabel & label : all.placement_labels) label.number = number++;
+}
+
 /// Checks that each mesh in the world is placed once, with the identity, and that they are so in their order. Then the
 /// triangles of a flat scene are numbered as they lie in its arrays.
 void check_world(const Scene& scene) {
@@ -76,7 +97,8 @@ void set_materials(Scene& scene) {
   SceneInstances& all = scene.instances;
   for (std::size_t m = 0; m < all.meshes(); ++m) {
     const auto used = std::span(scene.material_of).subspan(all.first[m], all.triangles_of(m));
-    const bool one = !used.empty() && std::ranges::all_of(used, [&](std::uint32_t each) { return each == used[0]; });
+    const bool one = !used.empty() && (scene.materials.size() == 1 ||
+                                       std::ranges::all_of(used, [&](std::uint32_t each) { return each == used[0]; }));
     all.mesh_labels[m].material = one ? used[0] : kSeveralMaterials;
   }
 }
@@ -94,6 +116,8 @@ void complete_instances(Scene& scene) {
   label_placements(all);
   check_count(scene, "placements", all.placements.size(), all.placement_labels.size());
   check_names(scene);
+  number(all);
+  lay_out(all);
   check_world(scene);
   all.kept = static_cast<std::size_t>(std::ranges::count(all.mesh_labels, false, &MeshLabel::in_world));
   set_materials(scene);

@@ -177,13 +177,19 @@ TreeLayout tree_layout(const Scene& scene) {
   }
   to.first.push_back(all.first.back());
   to.placements.reserve(all.placements.size());
+  to.prims.reserve(all.placements.size());
   to.from.reserve(all.placements.size());
+  std::uint32_t prim = 0;
   for (std::uint32_t i = 0; i < all.placements.size(); ++i) {
     const Placement& p = all.placements[i];
-    if (joins[p.mesh]) continue;
+    const std::uint32_t first = prim;
+    prim += static_cast<std::uint32_t>(all.triangles_of(p.mesh));
+    if (joins[p.mesh] || p.mask == 0) continue;
     to.placements.push_back({to.tree_of[p.mesh], p.transform});
+    to.prims.push_back(first);
     to.from.push_back(i);
   }
+  to.prims.push_back(prim);
   return to;
 }
 
@@ -214,7 +220,7 @@ void check_spreads(const Scene& scene) {
            "scene '{}': the matrix of instance {} is not finite, singular, or multiplies rounding errors by {:.3g}; "
            "pictures and rays of a view take at most {}, and columns of 2^-60 to 2^60; place a moved copy of the mesh "
            "instead",
-           scene.name, i, spread_of(all[i].transform), kMostSpread);
+           scene.name, scene.instances.placement_labels[i].number, spread_of(all[i].transform), kMostSpread);
 }
 
 }  // namespace ballot

@@ -34,8 +34,8 @@ Bounds moved(const Bounds& box, const Transform& transform);
 /// Returns the number of triangles, counted through the instances: hits have a smaller prim.
 std::uint64_t triangle_count(const Scene& scene);
 
-/// Calls visit(placement, triangle, prim) for each triangle in the order of their prims. `triangle` is a number in the
-/// arrays of the scene. A flat scene has the placement 0.
+/// Calls visit(placement, triangle, prim) for each triangle in the order of their prims, but for those that no query
+/// meets (Placement::mask). `triangle` is a number in the arrays of the scene. A flat scene has the placement 0.
 template <class Visit>
 void for_each_triangle(const Scene& scene, const Visit& visit) {
   if (!scene.instanced()) {
@@ -44,12 +44,14 @@ void for_each_triangle(const Scene& scene, const Visit& visit) {
   }
   std::uint32_t prim = 0;
   for (std::size_t p = 0; p < scene.instances.placements.size(); ++p) {
-    const std::uint32_t mesh = scene.instances.placements[p].mesh;
-    for (std::size_t i = scene.instances.first[mesh]; i < scene.instances.first[mesh + 1]; ++i) visit(p, i, prim++);
+    const auto& [mesh, transform, mask] = scene.instances.placements[p];
+    if (mask == 0) prim += static_cast<std::uint32_t>(scene.instances.triangles_of(mesh));
+    for (std::size_t i = scene.instances.first[mesh]; mask && i < scene.instances.first[mesh + 1]; ++i)
+      visit(p, i, prim++);
   }
 }
 
-/// Returns all triangles in the world, by their prims. Throws Error(Work) if there is no memory for them.
+/// Returns all triangles in the world, by their prims; those that no query meets are points at zero. Throws Error(Work) if there is no memory for them.
 std::vector<Triangle> world_triangles(const Scene& scene);
 
 /// Returns the bounds of a mesh in its own space; zero if it has no triangle.
@@ -62,7 +64,8 @@ Bounds bounds_of_instances(const Scene& scene);
 /// one mesh here, so that one tree holds them: in a flat scene, all.
 struct TreeLayout {
   std::vector<std::size_t> first;      // as SceneInstances::first
-  std::vector<Placement> placements;   // their triangles are numbered as those of the scene are
+  std::vector<Placement> placements;   // those that a query can meet
+  std::vector<std::uint32_t> prims;    // of each, the number of its first triangle, and behind these their end
   std::vector<std::uint32_t> from;     // of each, the first of the scene's placements that it stands for
   std::vector<std::uint32_t> tree_of;  // of each mesh of the scene, its mesh here
 

@@ -92,6 +92,7 @@ Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) 
     try {
       Scene scene = format.load(path, options);
       scene.name = path.stem().string();
+      scene.instances.layout = options.layout;
       finish_scene(scene);
       if (scene.triangles.empty()) scene.notes.emplace_back("The file holds no triangle, so there is nothing to hit.");
       note_rounding(scene);

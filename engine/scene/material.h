@@ -41,6 +41,7 @@ struct TextureUse {
   glm::vec3 row_u{1, 0, 0}, row_v{0, 1, 0};
 
   explicit operator bool() const { return texture != kNoTexture; }
+  bool operator==(const TextureUse&) const = default;
 };
 
 enum class Alpha : std::uint32_t { Opaque = 0, Mask = 1, Blend = 2 };
@@ -65,6 +66,7 @@ struct Material {
   std::array<const TextureUse*, 4> uses() const {
     return {&base_texture, &surface_texture, &emissive_texture, &normal_texture};
   }
+  bool operator==(const Material&) const = default;
   bool emits() const { return !unlit && (emissive.x > 0 || emissive.y > 0 || emissive.z > 0); }
   /// Returns true if the material follows Lambert's law alone. A dielectric of roughness 1 counts: it is rendered
   /// without its 4 % of rough reflection.

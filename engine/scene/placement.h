@@ -15,10 +15,13 @@ struct Transform {
 };
 static_assert(sizeof(Transform) == 48);
 
+inline constexpr std::uint32_t kMeetsAll = 0xFFFFFFFF;
+
 /// A mesh and where it lies.
 struct Placement {
   std::uint32_t mesh = 0;
-  Transform transform;
+  Transform transform = {};
+  std::uint32_t mask = kMeetsAll;  // rays whose masks share no bit with it do not cross it; 0: no query meets it
 };
 
 /// The largest number of triangles, counted through the instances. Hit::prim has 32 bits, and two of its values mean
@@ -34,15 +37,33 @@ struct MeshLabel {
   /// The number of the mesh, or of an OBJ group, in its file. Ranges and copies of one mesh have the same id.
   std::uint32_t id = 0;
   std::uint32_t material = kSeveralMaterials;  // of all its triangles; finish_scene() sets it
-  /// Its triangles lie in the world: it is placed once, with the identity.
+  /// Its triangles lie in the world: it is placed once, with the identity. It may share a tree with others.
   bool in_world = false;
+  std::uint32_t number = 0;  // by which callers name it; finish_scene() sets it
 };
 
 /// What a placement is called.
 struct PlacementLabel {
-  std::uint32_t name = 0;  // of SceneInstances::names
-  std::uint32_t node = 0;  // its node in the file; where a file has no nodes, the id of the mesh
+  std::uint32_t name = 0;    // of SceneInstances::names
+  std::uint32_t node = 0;    // its node in the file; where a file has no nodes, the id of the mesh
+  std::uint32_t number = 0;  // by which callers name it; finish_scene() sets it
 };
+
+/// Which meshes lie in one tree.
+enum class Layout { Auto, Merge, Separate };
+
+struct LayoutInfo {
+  std::string_view name;
+  Layout id;
+  std::string_view summary;
+};
+inline constexpr LayoutInfo kLayouts[] = {
+    {"auto", Layout::Auto,
+     "one tree over the meshes that the scene is made with and that nobody has placed; else as separate"},
+    {"merge", Layout::Merge, "one tree over the meshes that are placed once, by the identity, in their order"},
+    {"separate", Layout::Separate, "a tree for each mesh"},
+};
+inline constexpr std::string_view kDefaultLayout = kLayouts[0].name;
 
 /// The meshes of a scene, and where they lie. Every finished scene has some: finish_scene() makes one mesh of a scene
 /// that is built in memory and names none.
@@ -57,6 +78,8 @@ struct SceneInstances {
   bool placed = false;                           // the maker tells all placements, of which there may be none
   std::vector<PlacementLabel> placement_labels;  // of each placement
   std::vector<std::string> names;                // as in the file: any text, any number of times
+  Layout layout = Layout::Auto;
+  bool numbered = false;  // labels have numbers, in ascending order; else finish_scene() gives them theirs
   /// The number of meshes that do not lie in the world. 0: the scene is flat, so its meshes are placed in their order.
   std::size_t kept = 0;
 

@@ -80,6 +80,7 @@ SceneFeatures features_of(const Scene& scene, const TreeFacts& tree = {});
 struct LoadOptions {
   bool allow_outside = false;  // read buffers, images and materials outside of the scene's folder too
   InstancePolicy instances = InstancePolicy::Auto;  // of glTF; other formats place each mesh once
+  Layout layout = Layout::Auto;
 };
 
 /// Loads a scene file; the extension chooses the loader (see formats()).

@@ -48,6 +48,11 @@ void Tracer::replace(const Bvh& bvh, std::span<const Triangle> triangles, const 
   chooser_.replace(bvh, triangles);
 }
 
+void Tracer::take(Forest& forest, std::span<const std::optional<std::uint32_t>> from) {
+  tree_.take(forest, from);
+  chooser_.replace(forest.summary(), std::nullopt);
+}
+
 void Tracer::moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {
   tree_.moved(bvh, triangles, facts);
   chooser_.moved(bvh);

@@ -37,6 +37,8 @@ class Tracer {
 
   /// Moves the instances of the forest (DeviceTree::move_instances).
   void move_instances(std::span<const Transform> transforms) { tree_.move_instances(transforms); }
+  /// Takes another forest (DeviceTree::take).
+  void take(Forest& forest, std::span<const std::optional<std::uint32_t>> from);
   /// Tells that the triangles have moved and the tree with them (DeviceTree::moved), or replaces a tree whose triangles
   /// have moved (Chooser::moved).
   void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);

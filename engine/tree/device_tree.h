@@ -47,6 +47,9 @@ class DeviceTree {
   /// the tree is that of before, refitted. Its instances follow as move_instances() says. Keeps references to the
   /// forest's tree and triangles. Throws as move_instances(), and nothing has changed then.
   void change_mesh(std::size_t mesh, MeshTree with, bool same_shape);
+  /// Forests only: takes another forest, which begins a new generation. `from` tells of each of its meshes which one of
+  /// before it is; none: it is another. What the device has of those stays. Waits for the device. Keeps a reference.
+  void take(Forest& forest, std::span<const std::optional<std::uint32_t>> from);
   /// Returns true if the device holds the top-level tree of a forest after a move.
   bool moves_on_device() const;
   /// Measurements and tests only: says where the top-level tree is held from the next move on.

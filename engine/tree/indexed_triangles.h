@@ -17,6 +17,8 @@ struct MovedVertices {
   /// Three vertices for each triangle, the same numbers at every call; none: vertices 0 1 2, 3 4 5, ...
   std::span<const std::uint32_t> corners;
   std::span<const glm::vec3> positions;
+  std::size_t mesh = 0;      // of the scene
+  std::uint32_t number = 0;  // by which its caller names it
 };
 
 /// Writes the triangles of a scene, as a tree build or a refit has them (DeviceBuild), from vertices. Takes 36 bytes a

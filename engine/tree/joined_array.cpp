@@ -56,6 +56,14 @@ void JoinedArray::make_room(std::size_t meshes, std::span<const Wanted> wanted) 
   regions_ = std::move(to);
 }
 
+void JoinedArray::renumber(std::span<const std::optional<std::uint32_t>> from) {
+  std::vector<Region> to(from.size());
+  for (std::size_t i = 0; i < to.size(); ++i)
+    if (from[i] && *from[i] < regions_.size()) to[i] = regions_[*from[i]];
+  if (to.size() == 1 && regions_.size() > 1) to[0] = {};  // a single mesh has the whole buffer
+  regions_ = std::move(to);
+}
+
 BufferPart JoinedArray::part(std::size_t mesh) const {
   if (regions_.size() == 1) return *texels_;
   const Region& r = regions_[mesh];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/vk/buffer.h"
@@ -31,6 +32,9 @@ class JoinedArray {
   /// lost. Others keep theirs. What does not fit moves to another buffer, which waits for all passes. Throws
   /// Error(Work) if there is no room.
   void make_room(std::size_t meshes, std::span<const Wanted> wanted);
+
+  /// Gives each mesh the region that another number had; none: it has nothing yet.
+  void renumber(std::span<const std::optional<std::uint32_t>> from);
 
   /// Return the buffer; a mesh's first texel there; and its region.
   const Texels& texels() const { return *texels_; }

@@ -59,6 +59,29 @@ void DeviceTree::change_mesh(std::size_t mesh, MeshTree with, bool same_shape) {
   padded_reach_ = least_reach();
 }
 
+void DeviceTree::take(Forest& forest, std::span<const std::optional<std::uint32_t>> from) {
+  gpu_.finish();
+  std::vector<MeshArrays> meshes;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const MeshTree& mesh = forest.meshes()[i];
+    meshes.push_back(from[i] ? std::move(meshes_[*from[i]]) : MeshArrays(gpu_));
+    if (from[i])
+      meshes.back().refer(*mesh.bvh, mesh.triangles);
+    else
+      meshes.back().replace(*mesh.bvh, mesh.triangles, {});
+  }
+  meshes_ = std::move(meshes);
+  for (auto& [key, array] : arrays_) array.renumber(from);
+  for (auto& [key, array] : leaves_) array.renumber(from);
+  tables_.clear();
+  tops_.clear();
+  top_builder_.reset();
+  forest_ = &forest;
+  padded_reach_ = least_reach();
+  facts_ = forest.facts();
+  begin_generation();
+}
+
 void DeviceTree::move_on_host(std::span<const Transform> transforms) {
   forest_->move(transforms);
   top_builder_.reset();

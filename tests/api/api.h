@@ -54,6 +54,16 @@ inline bool inside(const ballot::Ray& r) {
   return r.origin[0] >= 0 && r.origin[0] <= 1 && r.origin[1] >= 0 && r.origin[1] <= 1;
 }
 
+/// Moves the vertices of a mesh, or all instances, at once.
+inline void move(ballot::Scene& scene, std::uint32_t mesh, std::span<const float> positions) {
+  scene.set_vertices(mesh, positions);
+  scene.commit();
+}
+inline void place(ballot::Scene& scene, std::span<const float> transforms, std::size_t stride = 0) {
+  scene.set_transforms(transforms, stride);
+  scene.commit();
+}
+
 class Api : public testing::Test {
  protected:
   static void SetUpTestSuite() { device_ = std::make_unique<ballot::Device>("", true); }

@@ -61,7 +61,7 @@ def main() -> None:
     run(["cmake", "--install", build, "--prefix", prefix, "--component", "development"])
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
     expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_c_points.h", "ballot_c_scenes.h", "ballot_detail.h",
-                               "ballot_types.h"])
+                               "ballot_device.h", "ballot_types.h"])
 
     library = next(prefix.rglob("libballot.so"))
     symbols = run(["nm", "-D", "--defined-only", library]).split("\n")

@@ -81,7 +81,7 @@ TEST_F(Api, UpdateMovesAMeshAndKeepsTheHandle) {
   const auto rays = rays_down(1000);
   std::vector<ballot::Hit> hits(rays.size());
   for (const float z : {1.0f, -3.0f, 0.0f}) {
-    scene.update(0, Grid(16, z).positions);
+    move(scene, 0, Grid(16, z).positions);
     scene.trace(rays, hits);
     for (std::size_t i = 0; i < rays.size(); ++i)
       if (inside(rays[i])) {
@@ -90,9 +90,9 @@ TEST_F(Api, UpdateMovesAMeshAndKeepsTheHandle) {
   }
   std::vector<float> wrong = grid_.positions;
   wrong[7] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(code_of([&] { scene.update(0, wrong); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.update(0, Grid(3).positions); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.update(2, grid_.positions); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { move(scene, 0, wrong); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { move(scene, 0, Grid(3).positions); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { move(scene, 2, grid_.positions); }), Code::Argument);
   std::vector<ballot::Hit> after(rays.size());
   scene.trace(rays, after);
   EXPECT_EQ(std::memcmp(after.data(), hits.data(), hits.size() * sizeof hits[0]), 0);
@@ -217,7 +217,7 @@ TEST_F(Api, WrongMeshesAreNamed) {
   many.positions = grid_.positions.data();
   many.vertex_count = std::size_t{3} << 31;  // 2^31 triangles, refused before they are read
   BallotScene* none = nullptr;
-  EXPECT_EQ(ballot_scene_create(device_->handle(), &many, 1, nullptr, &none), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(ballot_scene_create(device_->handle(), &many, 1, nullptr, nullptr, &none), BALLOT_ERROR_ARGUMENT);
   EXPECT_EQ(none, nullptr);
 }
 
@@ -258,14 +258,14 @@ TEST_F(Api, ClosedHandlesAreRefused) {
   BallotDevice* device = nullptr;
   ASSERT_EQ(ballot_device_open(nullptr, &device), BALLOT_OK);
   BallotScene* scene = nullptr;
-  ASSERT_EQ(ballot_scene_create(device, nullptr, 0, nullptr, &scene), BALLOT_OK);
+  ASSERT_EQ(ballot_scene_create(device, nullptr, 0, nullptr, nullptr, &scene), BALLOT_OK);
   ballot_device_close(device);
   auto info = BALLOT_INIT(BallotSceneInfo);
   EXPECT_EQ(ballot_scene_info(scene, &info), BALLOT_OK);  // the scene keeps the device
   ballot_scene_destroy(scene);
   ballot_scene_destroy(scene);
   EXPECT_EQ(ballot_scene_info(scene, &info), BALLOT_ERROR_CLOSED);
-  EXPECT_EQ(ballot_scene_create(device, nullptr, 0, nullptr, &scene), BALLOT_ERROR_CLOSED);
+  EXPECT_EQ(ballot_scene_create(device, nullptr, 0, nullptr, nullptr, &scene), BALLOT_ERROR_CLOSED);
 }
 
 TEST_F(Api, AChildOfForkIsRefused) {
@@ -290,7 +290,7 @@ TEST_F(Api, OlderStructsAreTaken) {
   mesh.indices = grid_.indices.data(), mesh.index_count = grid_.indices.size(), mesh.index_type = BALLOT_INDEX_U32;
   mesh.normals = reinterpret_cast<const float*>(1);  // must not be read
   BallotScene* scene = nullptr;
-  ASSERT_EQ(ballot_scene_create(device_->handle(), &mesh, 1, nullptr, &scene), BALLOT_OK);
+  ASSERT_EQ(ballot_scene_create(device_->handle(), &mesh, 1, nullptr, nullptr, &scene), BALLOT_OK);
   const auto rays = rays_down(5);
   std::vector<ballot::Hit> hits(5);
   const BallotRays in = ballot::detail::rays_of(ballot::detail::view_of(rays));
@@ -311,7 +311,7 @@ TEST_F(Api, FourThreadsOnOneDevice) {
     for (unsigned round = 0; round < 6; ++round) {
       const float z = float((seed + round) % 2);  // t needs no rounding, as the grids are powers of two
       ballot::Scene scene(*device_, {Grid(8 << seed % 3, 0).mesh(seed)});
-      scene.update(0, Grid(8 << seed % 3, z).positions);
+      move(scene, 0, Grid(8 << seed % 3, z).positions);
       std::vector<ballot::Hit> hits(rays.size());
       if (round % 2)
         scene.trace(rays, hits);

@@ -69,7 +69,7 @@ TEST_F(ApiInstances, InstancesNameInstanceAndPrimitive) {
   }
   std::vector<float> lifted = transforms;
   lifted[11] = 1;
-  scene.update_instances(lifted);
+  place(scene, lifted);
   scene.trace(rays, out);
   EXPECT_EQ(t[0], 1);
   EXPECT_EQ(t[1], 1);
@@ -78,10 +78,10 @@ TEST_F(ApiInstances, InstancesNameInstanceAndPrimitive) {
     apart.insert(apart.end(), &transforms[12 * i], &transforms[12 * i] + 12);
     apart.insert(apart.end(), 4, -7.f);
   }
-  scene.update_instances(apart, 64);
+  place(scene, apart, 64);
   scene.trace(rays, out);
   EXPECT_EQ(t[0], 1.5f);
-  scene.update_instances(lifted);
+  place(scene, lifted);
   scene.trace(rays, out);
   EXPECT_EQ(t[0], 1);
   ballot::Array<ballot::Ray> in(*device_, 4);
@@ -100,7 +100,7 @@ TEST_F(ApiInstances, MirrorsAreThoseOfMovedVertices) {
   const std::vector<float> mirror{-1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0}, whole{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   ballot::Scene flat(*device_, {moved.mesh()}), placed(*device_, {Grid(2).mesh()}, {.transforms = mirror});
   ballot::Scene turned(*device_, {Grid(2).mesh()}, {.transforms = whole});
-  turned.update_instances(mirror);
+  place(turned, mirror);
   const std::vector<ballot::Ray> rays{{{-0.4f, 1.5f, 2}, 0, {0, 0, -1}, 10}, {{-0.8f, 0.3f, -2}, 0, {0, 0, 1}, 10}};
   std::vector<ballot::Hit> hits[3];
   std::vector<float> normals[3];
@@ -136,15 +136,15 @@ TEST_F(ApiInstances, VerticesOfAMeshMove) {
     scene.trace(rays, before);
     std::vector<float> wrong = wavy.positions;
     wrong[7] = std::numeric_limits<float>::quiet_NaN();
-    scene.update(0, wavy.positions);
+    move(scene, 0, wavy.positions);
     scene.trace(rays, hits);
     EXPECT_EQ(std::memcmp(hits.data(), expected.data(), hits.size() * sizeof hits[0]), 0) << mode;
     EXPECT_EQ(scene.info().refits, mode == "rebuild" ? 0u : 1u);
     EXPECT_EQ(scene.info().hi[2], 0.7f);
-    EXPECT_NE(text_of([&] { scene.update(0, wrong); }).find("vertex 2 is"), std::string::npos);
+    EXPECT_NE(text_of([&] { move(scene, 0, wrong); }).find("vertex 2 is"), std::string::npos);
     scene.trace(rays, hits);
     EXPECT_EQ(std::memcmp(hits.data(), expected.data(), hits.size() * sizeof hits[0]), 0) << mode;
-    scene.update(0, grid_.positions);
+    move(scene, 0, grid_.positions);
     scene.trace(rays, hits);
     EXPECT_EQ(std::memcmp(hits.data(), before.data(), hits.size() * sizeof hits[0]), 0) << mode;
   }
@@ -162,7 +162,7 @@ TEST_F(ApiInstances, EveryAnswerFollowsAMesh) {
     const ballot::Ray ray{{0.3f, 0.4f, 3}, 0, {0, 0, -1}, 100};
     float distance;
     for (const float z : {0.f, 1.f, 0.f}) {
-      scene.update(0, z > 0 ? high.positions : grid_.positions);
+      move(scene, 0, z > 0 ? high.positions : grid_.positions);
       scene.nearest(point, {.distances = &distance});
       EXPECT_EQ(distance, 3 - z) << builder;
       const ballot::Crossings crossings = scene.crossings({&ray, 1});
@@ -181,13 +181,13 @@ TEST_F(ApiInstances, MeshesThatCannotBePlacedStay) {
   scene.trace(rays, before);
   std::vector<float> large = grid_.positions;
   for (float& x : large) x *= 9e11f;
-  EXPECT_NE(text_of([&] { scene.update(0, large); }).find("instance 1: the transform moves the mesh"),
+  EXPECT_NE(text_of([&] { move(scene, 0, large); }).find("instance 1: the transform moves the mesh"),
             std::string::npos);
   scene.trace(rays, hits);
   EXPECT_EQ(std::memcmp(hits.data(), before.data(), hits.size() * sizeof hits[0]), 0);
-  scene.update(0, std::vector<float>(grid_.positions.size(), 0));  // no triangle has an area
+  move(scene, 0, std::vector<float>(grid_.positions.size(), 0));  // no triangle has an area
   EXPECT_EQ(scene.trace(rays, hits).hits, 0u);
-  scene.update(0, grid_.positions);
+  move(scene, 0, grid_.positions);
   scene.trace(rays, hits);
   EXPECT_EQ(std::memcmp(hits.data(), before.data(), hits.size() * sizeof hits[0]), 0);
 }
@@ -214,20 +214,20 @@ TEST_F(ApiInstances, WrongInstancesAreNamed) {
   two.insert(two.end(), good.begin(), good.end());
   ballot::Scene scene(*device_, {grid_.mesh()}, {.transforms = two});
   two[12] = two[17] = two[22] = 0;
-  EXPECT_NE(text_of([&] { scene.update_instances(two); }).find("instance 1: column 0 of the transform has 0"),
-            std::string::npos);
+  EXPECT_NE(text_of([&] { place(scene, two); }).find("instance 1: column 0 of the transform has 0"), std::string::npos);
   two[17] = std::numeric_limits<float>::infinity();
-  EXPECT_NE(text_of([&] { scene.update_instances(two); }).find("instance 1: entry [1][1] of the transform is inf"),
+  EXPECT_NE(text_of([&] { place(scene, two); }).find("instance 1: entry [1][1] of the transform is inf"),
             std::string::npos);
-  EXPECT_NE(text_of([&] { scene.update_instances(good); }).find("1 transforms, but the scene has 2 instances"),
+  EXPECT_NE(text_of([&] { place(scene, good); }).find("1 transforms, but the scene has 2 instances"),
             std::string::npos);
-  EXPECT_NE(text_of([&] { scene.update(1, grid_.positions); }).find("mesh 1, but the scene has 1"), std::string::npos);
+  EXPECT_NE(text_of([&] { move(scene, 1, grid_.positions); }).find("mesh 1: the scene has no mesh of this number"),
+            std::string::npos);
   EXPECT_NE(text_of([&] {
               ballot::Scene(*device_, {grid_.mesh()}, {.transforms = good, .meshes = std::vector<std::uint32_t>{3}});
             }).find("instance 0: its mesh is number 3, but there are 1 meshes"),
             std::string::npos);
   ballot::Scene plain(*device_, {grid_.mesh()});
-  EXPECT_NE(text_of([&] { plain.update_instances(good); }).find("the scene has no instances"), std::string::npos);
+  EXPECT_NE(text_of([&] { place(plain, two); }).find("2 transforms, but the scene has 1 instances"), std::string::npos);
   std::vector<ballot::Hit> hits(10);
   EXPECT_EQ(scene.trace(rays_onto(10), {.hits = hits.data()}).hits > 0, true);
 }

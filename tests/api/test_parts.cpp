@@ -72,7 +72,7 @@ TEST_F(ApiParts, NodesAreMeshesOfAFlatScene) {
   const auto meshes = scene.meshes();
   EXPECT_EQ(names_of(meshes), (std::vector<std::string>{"left", "right", "lone", "last"}));
   EXPECT_EQ(ids_of(meshes), (Numbers{1, 1, 0, 2}));
-  EXPECT_TRUE(scene.instances().empty());
+  EXPECT_EQ(scene.info().trees, 0u);
   for (std::size_t m = 0; m < 4; ++m) {
     EXPECT_EQ(meshes[m].first, m);
     EXPECT_EQ(meshes[m].triangles, 1u);
@@ -82,7 +82,7 @@ TEST_F(ApiParts, NodesAreMeshesOfAFlatScene) {
   const Found found(scene);
   EXPECT_EQ(found.prims, (Numbers{0, 0, 0, 0, ballot::kMiss}));
   EXPECT_EQ(found.ids, (Numbers{1, 1, 0, 2, ballot::kMiss}));
-  EXPECT_EQ(found.instances, (Numbers{0, 0, 0, 0, ballot::kMiss}));
+  EXPECT_EQ(found.instances, (Numbers{0, 1, 2, 3, ballot::kMiss}));
 }
 
 TEST_F(ApiParts, NodesAreInstancesOfMeshesThatAreKeptOnce) {
@@ -136,53 +136,70 @@ TEST_F(ApiParts, GroupsOfObjAreMeshes) {
   EXPECT_EQ(found.prims[1], 0u);
   EXPECT_EQ(found.hits[1].prim, 2u);
   EXPECT_EQ(found.ids[1], 1u);
-  const Numbers masks{1, 2}, rays{2};
+  const Numbers parts{0, 1}, masks{1, 2}, rays{2};
   const ballot::Ray ray{{0.25f, 0.25f, 2}, 0, {0, 0, -1}, 10};
-  EXPECT_EQ(scene.count_crossings({&ray, 1}, {.mesh_masks = masks, .ray_masks = rays}), Numbers{0});
-  scene.update(1, std::vector<float>{3, 0, 1, 4, 0, 1, 3, 1, 1});
+  scene.set_masks(parts, masks);
+  scene.commit();
+  EXPECT_EQ(scene.count_crossings({&ray, 1}, {.ray_masks = rays}), Numbers{0});
+  EXPECT_EQ(scene.info().trees, 0u);
+  move(scene, 1, std::vector<float>{3, 0, 1, 4, 0, 1, 3, 1, 1});
   EXPECT_EQ(Found(scene).t[1], 1);
   EXPECT_EQ(Found(scene).t[0], 2);
   EXPECT_EQ(scene.meshes()[1].lo[2], 1);
   std::string text;
-  EXPECT_EQ(code_of([&] { scene.update(1, std::vector<float>(6)); }, &text), Code::Argument);
+  EXPECT_EQ(code_of([&] { move(scene, 1, std::vector<float>(6)); }, &text), Code::Argument);
   EXPECT_NE(text.find("2 vertices, but the mesh was made with 3"), std::string::npos) << text;
 }
 
-// Masks of meshes hold for all their instances.
-TEST_F(ApiParts, MasksAreOfMeshes) {
-  const ballot::Scene scene = load("plates.gltf", kPlates, {.instances = "keep"});
+TEST_F(ApiParts, MasksAreOfInstances) {
+  ballot::Scene scene = load("plates.gltf", kPlates, {.instances = "keep"});
   std::vector<ballot::Ray> rays;
   for (const float x : {0.25f, 3.25f})
     for (const float y : {0.25f, 3.25f}) rays.push_back({{x, y, 2}, 0, {0, 0, -1}, 10});
-  EXPECT_EQ(scene.count_crossings(rays, {.mesh_masks = Numbers{1, 2, 1}, .ray_masks = Numbers{1, 1, 1, 1}}),
-            (Numbers{1, 0, 1, 1}));
+  scene.set_masks(Numbers{0, 1, 2, 3}, Numbers{1, 1, 2, 1});
+  scene.commit();
+  EXPECT_EQ(scene.count_crossings(rays, {.ray_masks = Numbers{1, 1, 1, 1}}), (Numbers{1, 0, 1, 1}));
+  EXPECT_EQ(scene.count_crossings(rays), (Numbers{1, 1, 1, 1}));
+  const Found before(scene);
+  scene.set_masks(Numbers{1}, Numbers{0});
+  scene.commit();
+  EXPECT_EQ(scene.count_crossings(rays), (Numbers{1, 1, 0, 1}));
+  const Found after(scene);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(after.t[i], i == 1 ? INFINITY : before.t[i]);
+    if (i == 1) continue;
+    EXPECT_EQ(after.hits[i].prim, before.hits[i].prim);
+  }
 }
 
 TEST_F(ApiParts, PartsOfALoadedSceneMove) {
   ballot::Scene scene = load("plates.gltf", kPlates, {.instances = "keep"});
-  scene.update(0, std::vector<float>{0, 0, 1, 1, 0, 1, 0, 1, 1});
+  move(scene, 0, std::vector<float>{0, 0, 1, 1, 0, 1, 0, 1, 1});
   EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 1, 2, 2, INFINITY}));
   std::vector<float> places;
   for (const auto& i : scene.instances()) places.insert(places.end(), i.transform, i.transform + 12);
   places[12 + 11] = 0.5f;
-  scene.update_instances(places);
+  place(scene, places);
   EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
   EXPECT_EQ(scene.instances()[1].lo[2], 1.5f);
   const std::vector<float> before = places;
   std::string text;
   places[24 + 3] = 1;
-  EXPECT_EQ(code_of([&] { scene.update_instances(places); }, &text), Code::Argument);
-  EXPECT_NE(text.find("instance 2: its mesh 1 ('lone') lies in one tree with others"), std::string::npos) << text;
-  EXPECT_EQ(code_of([&] { scene.update(2, std::vector<float>(9)); }, &text), Code::Argument);
-  EXPECT_NE(text.find("mesh 2 ('last') lies in one tree with others"), std::string::npos) << text;
+  EXPECT_EQ(scene.info().trees, 2u);
+  place(scene, places);  // a mesh leaves the tree that it shared
+  EXPECT_EQ(scene.info().trees, 3u);
+  EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, INFINITY, 2, INFINITY}));
+  place(scene, before);
+  EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
   places.resize(36);
-  EXPECT_EQ(code_of([&] { scene.update_instances(places); }, &text), Code::Argument);
+  EXPECT_EQ(code_of([&] { place(scene, places); }, &text), Code::Argument);
   EXPECT_NE(text.find("3 transforms, but the scene has 4 instances"), std::string::npos) << text;
   EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
   ballot::Scene copied = load("plates.gltf", kPlates, {.instances = "copy"});
-  copied.update(3, std::vector<float>{3, 3, 1, 4, 3, 1, 3, 4, 1});
+  move(copied, 3, std::vector<float>{3, 3, 1, 4, 3, 1, 3, 4, 1});
   EXPECT_EQ(Found(copied).t, (std::vector<float>{2, 2, 2, 1, INFINITY}));
-  EXPECT_EQ(code_of([&] { copied.update_instances(before); }, &text), Code::Argument);
+  place(copied, before);
+  EXPECT_EQ(Found(copied).t, (std::vector<float>{2, INFINITY, 2, 1, INFINITY}));  // moved twice
 }
 
 // A tree of several meshes lies before that of the mesh that moves, and one of a single mesh moves too.
@@ -192,14 +209,14 @@ TEST_F(ApiParts, MeshesMoveBesideOthersInTheWorld) {
   alone.replace(alone.find("1, 2, 3, 4"), 10, "1, 3, 2");
   ballot::Scene scene = load("others.gltf", others.c_str(), {.instances = "keep"});
   EXPECT_EQ(names_of(scene.meshes()), (std::vector<std::string>{"lone", "last", "plate"}));
-  scene.update(2, std::vector<float>{0, 0, 1, 1, 0, 1, 0, 1, 1});
+  move(scene, 2, std::vector<float>{0, 0, 1, 1, 0, 1, 0, 1, 1});
   EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 1, 2, 2, INFINITY}));
   EXPECT_EQ(scene.triangles()[2], 0);
   EXPECT_EQ(scene.triangles()[20], 1);
   std::vector<float> places;
   for (const auto& i : scene.instances()) places.insert(places.end(), i.transform, i.transform + 12);
   places[3 * 12 + 11] = 0.5f;
-  scene.update_instances(places);
+  place(scene, places);
   EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
   EXPECT_EQ(scene.instances()[3].transform[11], 0.5f);
 
@@ -208,12 +225,12 @@ TEST_F(ApiParts, MeshesMoveBesideOthersInTheWorld) {
   for (const auto& i : single.instances()) places.insert(places.end(), i.transform, i.transform + 12);
   for (const float z : {1.f, 0.5f}) {
     places[12 + 11] = z;
-    single.update_instances(places);
+    place(single, places);
     EXPECT_EQ(Found(single).t, (std::vector<float>{2, 2, 2 - z, INFINITY, INFINITY}));
     EXPECT_EQ(single.instances()[1].lo[2], z);
     EXPECT_EQ(single.render({}, {.width = 8, .height = 8}).size(), 256u);
   }
-  single.update(single.instances()[1].mesh, std::vector<float>{0, 3, 0.25f, 1, 3, 0.25f, 0, 4, 0.25f});
+  move(single, single.instances()[1].mesh, std::vector<float>{0, 3, 0.25f, 1, 3, 0.25f, 0, 4, 0.25f});
   EXPECT_EQ(Found(single).t, (std::vector<float>{2, 2, 1.25f, INFINITY, INFINITY}));
 }
 
@@ -222,7 +239,7 @@ TEST_F(ApiParts, AnimationsAloneMoveTheirScene) {
   for (const char* policy : {"keep", "copy"}) {
     ballot::Scene scene = ballot::Scene::load(*device_, file.string(), {.instances = policy});
     std::string text;
-    EXPECT_EQ(code_of([&] { scene.update(0, std::vector<float>(9)); }, &text), Code::Argument);
+    EXPECT_EQ(code_of([&] { move(scene, 0, std::vector<float>(9)); }, &text), Code::Argument);
     EXPECT_NE(text.find("the scene's animations move it"), std::string::npos) << text;
   }
 }

@@ -205,7 +205,7 @@ TEST_F(Points, AScenesAnswersFollowItsVertices) {
   float distance;
   scene.nearest(point, {.signed_distances = &distance});
   EXPECT_EQ(distance, 3.25f);
-  scene.update(0, right_.positions);
+  move(scene, 0, right_.positions);
   scene.nearest(point, {.signed_distances = &distance});
   EXPECT_EQ(distance, -0.75f);
   const ballot::Ray ray{{9, 0.25f, 0.5f}, 0, {-1, 0, 0}, 100};
@@ -266,17 +266,19 @@ TEST_F(Points, Crossings) {
 }
 
 TEST_F(Points, FiltersOfCrossings) {
-  const ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
+  ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
   const ballot::Ray rays[] = {{{-9, 0, 0}, 0, {1, 0, 0}, 100}, {{-9, 0.25f, 0.5f}, 0, {1, 0, 0}, 100}};
-  const std::uint32_t meshes[] = {1, 2}, of_rays[] = {2, 3};
+  const std::uint32_t parts[] = {0, 1}, masks[] = {1, 2}, of_rays[] = {2, 3};
+  scene.set_masks(parts, masks);
+  scene.commit();
   for (const char* numeric : {"watertight", "exact"}) {
     EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric}), (std::vector<std::uint32_t>{4, 4}));
     EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric, .cull = ballot::Cull::Back}),
               (std::vector<std::uint32_t>{2, 2}));
-    EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric, .mesh_masks = meshes, .ray_masks = of_rays}),
+    EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric, .ray_masks = of_rays}),
               (std::vector<std::uint32_t>{2, 4}));
-    const ballot::Crossings backs = scene.crossings(
-        rays, {.most = 1, .numeric = numeric, .cull = ballot::Cull::Front, .mesh_masks = meshes, .ray_masks = of_rays});
+    const ballot::Crossings backs =
+        scene.crossings(rays, {.most = 1, .numeric = numeric, .cull = ballot::Cull::Front, .ray_masks = of_rays});
     ASSERT_EQ(backs.counts, (std::vector<std::uint32_t>{1, 1}));
     EXPECT_EQ(backs.hits[0].t, 14);
     EXPECT_EQ(backs.hits[1].t, 10);
@@ -292,7 +294,6 @@ TEST_F(Points, FiltersOfCrossings) {
   };
   expect_refused({.numeric = "plain"}, "numeric is 'plain'; expected watertight or exact");
   expect_refused({.cull = ballot::Cull(3)}, "cull is 3");
-  expect_refused({.mesh_masks = std::span(meshes).first(1)}, "1 masks of meshes; the scene has 2");
   expect_refused({.ray_masks = std::span(of_rays).first(1)}, "1 masks of rays, but 2 rays");
   // Arrays have no materials: every surface is opaque.
   EXPECT_EQ(scene.count_crossings(rays, {.alpha = true}), (std::vector<std::uint32_t>{4, 4}));

@@ -31,11 +31,11 @@ class Refusals : public Api {
   }
   BallotStatus create(const BallotMesh* meshes, std::size_t count) {
     BallotScene* made = nullptr;
-    return ballot_scene_create(device_->handle(), meshes, count, nullptr, &made);
+    return ballot_scene_create(device_->handle(), meshes, count, nullptr, nullptr, &made);
   }
   BallotStatus create_instances(const BallotMesh* meshes, std::size_t count, const BallotInstances& places) {
     BallotScene* made = nullptr;
-    return ballot_scene_create_instances(device_->handle(), meshes, count, &places, nullptr, &made);
+    return ballot_scene_create(device_->handle(), meshes, count, &places, nullptr, &made);
   }
 
   const ballot::Scene scene_{*device_, {grid_.mesh()}};
@@ -63,7 +63,7 @@ TEST_F(Refusals, StridesOfEveryArray) {
     auto p = places_;
     p.transform_stride = stride;
     expect_refused(create_instances(&mesh_, 1, p), "transform_stride");
-    expect_refused(ballot_scene_update(scene_.handle(), 0, mesh_.positions, mesh_.vertex_count, stride),
+    expect_refused(ballot_scene_set_vertices(scene_.handle(), 0, mesh_.positions, mesh_.vertex_count, stride),
                    "0: stride is");
     auto r = in_;
     r.stride = stride;
@@ -76,8 +76,9 @@ TEST_F(Refusals, StridesOfEveryArray) {
     expect_refused(ballot_query_points(scene_.handle(), &q, &nearest_, nullptr, nullptr), "points: stride is");
   }
   const ballot::Scene placed(*device_, {grid_.mesh()}, {.transforms = kPlace});
-  expect_refused(ballot_scene_update_instances(placed.handle(), kPlace, 1, 40), "instances: stride is 40");
-  expect_refused(ballot_scene_update_instances(placed.handle(), kPlace, 1, negative), "instances: stride is -12");
+  expect_refused(ballot_scene_set_transforms(placed.handle(), nullptr, kPlace, 1, 40), "transforms: stride is 40");
+  expect_refused(ballot_scene_set_transforms(placed.handle(), nullptr, kPlace, 1, negative),
+                 "transforms: stride is -12");
 }
 
 // Counts that no memory has.
@@ -100,14 +101,15 @@ TEST_F(Refusals, CountsOfEveryArray) {
     p.count = count;
     expect_refused(create_instances(&mesh_, 1, p), "count is");
     expect_refused(create_instances(&mesh_, count, places_), "meshes: their number is");
-    expect_refused(ballot_scene_update(scene_.handle(), 0, mesh_.positions, count, 0), "but the mesh was made with");
+    expect_refused(ballot_scene_set_vertices(scene_.handle(), 0, mesh_.positions, count, 0),
+                   "but the mesh was made with");
     auto query = BALLOT_INIT(BallotQuery);
     query.knob_count = count;
     expect_refused(ballot_trace(scene_.handle(), &in_, &out_, &query, nullptr), "knobs: there are");
     BallotBuffer* buffer = nullptr;
     expect_refused(ballot_buffer_create(device_->handle(), BALLOT_RECORD_RAY, count, nullptr, &buffer), "records");
     const ballot::Scene placed(*device_, {grid_.mesh()}, {.transforms = kPlace});
-    expect_refused(ballot_scene_update_instances(placed.handle(), kPlace, count, 0), "records are");
+    expect_refused(ballot_scene_set_transforms(placed.handle(), nullptr, kPlace, count, 0), "records are");
   }
   const std::vector<float> few(9, 1.0f);
   EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {{.positions = grid_.positions, .normals = few}}); }),
@@ -172,7 +174,7 @@ TEST_F(Refusals, CallsFromCallbacks) {
   std::vector<ballot::Hit> hits(rays_.size());
   for (int kind = 0; kind < 5; ++kind) {
     BallotScene* other = nullptr;
-    ASSERT_EQ(ballot_scene_create(device_->handle(), nullptr, 0, nullptr, &other), BALLOT_OK);
+    ASSERT_EQ(ballot_scene_create(device_->handle(), nullptr, 0, nullptr, nullptr, &other), BALLOT_OK);
     Again again{&scene_, other, nullptr, {}};
     const auto progress = [](void* user, double) { return static_cast<Again*>(user)->call(); };
     const BallotRays rays = ballot::detail::rays_of(ballot::detail::view_of(rays_));
@@ -207,7 +209,7 @@ TEST_F(Refusals, CallsFromCallbacks) {
       options.builder = "balanced";
       auto mesh = ballot::detail::mesh_of(grid_.mesh());
       BallotScene* made = nullptr;
-      EXPECT_EQ(ballot_scene_create(device_->handle(), &mesh, 1, &options, &made), BALLOT_OK);
+      EXPECT_EQ(ballot_scene_create(device_->handle(), &mesh, 1, nullptr, &options, &made), BALLOT_OK);
       ballot_scene_destroy(made);
     }
     ASSERT_GE(again.found.size(), 2u) << kind;

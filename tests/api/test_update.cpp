@@ -22,7 +22,7 @@ TEST_F(Api, UpdateModesGiveTheHitsOfANewScene) {
       EXPECT_EQ(scene.info().decay, 1);
       EXPECT_EQ(scene.info().update_seconds, 0);
       for (std::uint64_t update = 1; update < 3; ++update) {
-        scene.update(0, wavy.positions);
+        move(scene, 0, wavy.positions);
         scene.trace(rays, hits);
         EXPECT_EQ(std::memcmp(hits.data(), expected.data(), hits.size() * sizeof hits[0]), 0) << builder << mode;
         const ballot::SceneInfo info = scene.info();
@@ -53,7 +53,7 @@ TEST_F(Api, UpdatesOfAnyVertices) {
       };
       for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
                               -std::numeric_limits<float>::infinity(), 1e30f, -2e12f}) {
-        EXPECT_EQ(code_of([&] { scene.update(0, with(100, bad)); }), Code::Argument) << bad;
+        EXPECT_EQ(code_of([&] { move(scene, 0, with(100, bad)); }), Code::Argument) << bad;
         scene.trace(rays, hits);
         EXPECT_EQ(std::memcmp(hits.data(), before.data(), hits.size() * sizeof hits[0]), 0) << bad;
       }
@@ -62,7 +62,7 @@ TEST_F(Api, UpdatesOfAnyVertices) {
         const std::string counts = std::to_string(floats / 3) + " vertices, but the mesh was made with " +
                                    std::to_string(grid_.positions.size() / 3);
         try {
-          scene.update(0, others);
+          move(scene, 0, others);
           ADD_FAILURE() << counts;
         } catch (const ballot::Error& e) {
           EXPECT_NE(std::string(e.what()).find(counts), std::string::npos) << e.what();
@@ -71,13 +71,13 @@ TEST_F(Api, UpdatesOfAnyVertices) {
       std::vector<float> line = grid_.positions, point(line.size(), 0.5f);
       for (std::size_t i = 0; i < line.size(); ++i) line[i] = i % 3 ? 0 : line[i];
       for (const auto& flat : {line, point}) {  // no triangle has area: every ray misses
-        scene.update(0, flat);
+        move(scene, 0, flat);
         EXPECT_EQ(scene.info().degenerate, scene.info().triangles);
         scene.trace(rays, hits);
         for (const ballot::Hit& hit : hits) EXPECT_EQ(hit.prim, ballot::kMiss);
       }
-      scene.update(0, with(2, 1e12f));  // as far as a vertex may be
-      scene.update(0, grid_.positions);
+      move(scene, 0, with(2, 1e12f));  // as far as a vertex may be
+      move(scene, 0, grid_.positions);
       scene.trace(rays, hits);
       EXPECT_EQ(std::memcmp(hits.data(), before.data(), hits.size() * sizeof hits[0]), 0);
     }
@@ -100,15 +100,15 @@ TEST_F(Api, MeshesOfOneTreeMoveInTurn) {
         EXPECT_EQ(scene.info().lo[2], std::min(a.positions[2], b.positions[2]));
         EXPECT_EQ(scene.triangles(), ballot::Scene(*device_, {a.mesh(), b.mesh()}).triangles());
       };
-      scene.update(1, high.positions);
+      move(scene, 1, high.positions);
       expect(first, high);
-      scene.update(0, low.positions);
+      move(scene, 0, low.positions);
       expect(low, high);
       std::vector<float> wrong = second.positions;
       wrong.back() = std::numeric_limits<float>::quiet_NaN();
-      EXPECT_EQ(code_of([&] { scene.update(1, wrong); }), Code::Argument);
+      EXPECT_EQ(code_of([&] { move(scene, 1, wrong); }), Code::Argument);
       expect(low, high);
-      scene.update(1, second.positions);
+      move(scene, 1, second.positions);
       expect(low, second);
     }
 }
@@ -178,7 +178,7 @@ TEST_F(Api, EveryKindOfQueryHasADecayedTreeBuilt) {
       {"rays of a view", [&](auto& s) { s.make_rays({}, "ao", 32, 32); }}};
   for (const KindOfQuery& kind : kinds) {
     ballot::Scene scene(*device_, {{.positions = dealt.positions}}, {.builder = "balanced"});
-    scene.update(0, dealt.moved);
+    move(scene, 0, dealt.moved);
     ASSERT_GT(scene.info().decay, 5) << kind.name;
     int calls = 0;
     while (scene.info().decay > 1 && ++calls < 3000) kind.ask(scene);

@@ -76,7 +76,8 @@ void move_mesh(const ballot::Device& device, const Args& args, const std::string
   for (const char* mode : {"refit", "rebuild"}) {
     ballot::Scene scene(device, {here.mesh()}, {.builder = builder, .update = mode});
     measure(mode, here.indices.size() / 3, args.repeat, scene,
-            [&](int step) { scene.update(0, step % 2 ? here.positions : there.positions); });
+            [&](int step) { scene.set_vertices(0, step % 2 ? here.positions : there.positions); }),
+        scene.commit();
   }
 }
 
@@ -89,7 +90,8 @@ void move_one_of_many(const ballot::Device& device, const Args& args, const std:
     const std::vector<float> places = places_of(count, 1.1f, 0);
     ballot::Scene scene(device, meshes, {.transforms = places, .meshes = numbers}, {.builder = builder});
     measure("one mesh, of so many", count, args.repeat, scene,
-            [&](int step) { scene.update(0, step % 2 ? here.positions : there.positions); });
+            [&](int step) { scene.set_vertices(0, step % 2 ? here.positions : there.positions); }),
+        scene.commit();
   }
 }
 
@@ -98,7 +100,7 @@ void move_instances(const ballot::Device& device, const Args& args) {
   const std::vector<float> here = places_of(args.instances, 1.1f, 0), there = places_of(args.instances, 1.1f, 0.2f);
   ballot::Scene scene(device, {grid.mesh()}, {.transforms = here});
   measure("instances", args.instances, args.repeat, scene,
-          [&](int step) { scene.update_instances(step % 2 ? here : there); });
+          [&](int step) { scene.set_transforms(step % 2 ? here : there), scene.commit(); });
 }
 
 }  // namespace

@@ -56,9 +56,10 @@ Chooser::Chooser(Context& gpu, const DeviceInfo& device, const Bvh& bvh,
       has_instances_(!triangles),
       triangles_(triangles.value_or(std::span<const Triangle>())) {}
 
-void Chooser::replace(const Bvh& bvh, std::span<const Triangle> triangles) {
+void Chooser::replace(const Bvh& bvh, std::optional<std::span<const Triangle>> triangles) {
   bvh_ = &bvh;
-  triangles_ = triangles;
+  has_instances_ = !triangles;
+  triangles_ = triangles.value_or(std::span<const Triangle>());
   even_.reset();
   known_.clear();
   rival_wins_.clear();

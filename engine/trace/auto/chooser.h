@@ -26,8 +26,8 @@ class Chooser {
   Chooser(Context& gpu, const DeviceInfo& device, const Bvh& bvh, std::optional<std::span<const Triangle>> triangles,
           Trace trace);
 
-  /// Replaces the tree, and forgets what was compared on the old one. Keeps references to bvh and triangles.
-  void replace(const Bvh& bvh, std::span<const Triangle> triangles);
+  /// Replaces the tree, and forgets what was compared on the old one. Keeps references as the constructor does.
+  void replace(const Bvh& bvh, std::optional<std::span<const Triangle>> triangles);
 
   /// Tells that the triangles have moved. The tree was refitted or built anew. From the first move on, methods for
   /// which the host collapses the tree are left out. Keeps a reference to bvh.

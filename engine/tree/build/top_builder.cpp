@@ -161,8 +161,8 @@ std::uint32_t TopBuilder::root() const {
 }
 
 void TopBuilder::refuse(std::span<const Transform> transforms, std::uint32_t first) const {
-  place_instance(forest_.meshes()[forest_.mesh_of(first)].extents, transforms[first], first);
-  fail(Failure::Work, "instance {}: {} cannot place it, though the host can", first, gpu_.info().name);
+  place_instance(forest_.meshes()[forest_.mesh_of(first)].extents, transforms[first], forest_.name_of(first));
+  fail(Failure::Work, "instance {}: {} cannot place it, though the host can", forest_.name_of(first), gpu_.info().name);
 }
 
 void TopBuilder::write(Texels& top) {

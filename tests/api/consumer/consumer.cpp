@@ -22,7 +22,7 @@ int main() {
     }
     std::vector<float> moved = square;
     for (std::size_t i = 2; i < moved.size(); i += 3) moved[i] = 1;
-    scene.update(0, moved);
+    scene.set_vertices(0, moved), scene.commit();
     ballot::Job job = scene.submit(rays, {.hits = hits.data()});
     job.wait();
     if (hits[20].t != 2) return 2;
@@ -42,7 +42,7 @@ int main() {
     for (std::size_t i = 0; i < rays.size(); ++i)
       if (back[i].t != hits[i].t || back[i].prim != hits[i].prim) return 3;
     try {
-      scene.update(0, std::span(moved).first(9));
+      scene.set_vertices(0, std::span(moved).first(9)), scene.commit();
       return 4;
     } catch (const ballot::Error& error) {
       if (error.code() != ballot::Code::Argument) return 5;

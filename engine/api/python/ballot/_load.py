@@ -22,6 +22,7 @@ def load_scene(
     instances: str = "auto",
     ids: str = "mesh",
     updates: str = "auto",
+    layout: str = "auto",
 ) -> Scene:
     """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials.
 
@@ -32,7 +33,7 @@ def load_scene(
                  OBJ; 0 where a file has one mesh. "node": the node of glTF, else as "mesh". "material": the material
 
     Scene.meshes lists the nodes of glTF that place triangles, or the groups of OBJ, else the whole; Scene.instances
-    those of meshes that are kept once.
+    where they lie.
 
     Other arguments as Scene. Gives a PrecisionWarning if the file lies so far from the origin that float32 rounds its
     numbers by more than 2^-20 of the scene's size. Raises Error, which names file and place, if the file cannot be
@@ -41,20 +42,20 @@ def load_scene(
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))
-    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, updates, 0, instances, ids)
-    scene.__setstate__({"device": device, "options": options, "path": name})
+    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, updates, 0, instances, ids, layout)
+    scene._load(name, device, options)
     _warn_of_rounding(scene, name)
     return scene
 
 
 def _world_corners(scene: Scene) -> np.ndarray:
     """Returns the corners of all triangles where they lie in the world: (n, 3, 3) float32."""
-    corners, meshes = scene.triangles(), scene.meshes
-    if not scene.info.instances:
+    corners, first = scene.triangles(), {m.mesh: m.first for m in scene.meshes}
+    if not scene.info.trees:
         return corners
     parts = [corners[:0]]
     for i in scene.instances:
-        own = corners[meshes[i.mesh].first :][: i.triangles].astype(np.float64)
+        own = corners[first[i.mesh] :][: i.triangles].astype(np.float64)
         parts.append((own @ i.transform[:, :3].T.astype(np.float64) + i.transform[:, 3]).astype(np.float32))
     return np.concatenate(parts)
 

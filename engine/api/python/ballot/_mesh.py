@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import _arrays, _errors, _query
-from ._scene_info import InstanceInfo, MeshInfo
 
 
 class Mesh(NamedTuple):
@@ -122,39 +121,29 @@ def restored(mesh: Mesh, corners: np.ndarray) -> Mesh:
     return mesh._replace(vertices=vertices)
 
 
-def boxes(meshes: list[Mesh]) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the middle and half the size of the bounds of each mesh: (m, 3) float64 both."""
-    bounds = np.array([(m.vertices.min(axis=0), m.vertices.max(axis=0)) for m in meshes], np.float64).reshape(-1, 2, 3)
-    return bounds.mean(axis=1), (bounds[:, 1] - bounds[:, 0]) / 2
+def box_of(low: Any, high: Any) -> np.ndarray:
+    """Returns the middle and half the size of bounds: (2, 3) float64."""
+    lo, hi = np.asarray(low, np.float64), np.asarray(high, np.float64)
+    return np.stack([(lo + hi) / 2, (hi - lo) / 2])
 
 
-def places(
-    instances: list[InstanceInfo], meshes: list[MeshInfo]
-) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """Returns the mesh of each instance, and what boxes() returns of the meshes."""
-    bounds = np.array([(m.lo, m.hi) for m in meshes], np.float64).reshape(-1, 2, 3)
-    which = np.array([i.mesh for i in instances], np.uint32)
-    return which, (bounds.mean(axis=1), (bounds[:, 1] - bounds[:, 0]) / 2)
+def box(mesh: Mesh) -> np.ndarray:
+    return box_of(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
 
 
-def shrunk(placed: np.ndarray, which: list[bool]) -> np.ndarray:
-    """Returns matrices (k, 12) of which some are so small that any vertices can be placed."""
-    matrices = np.array(placed, np.float32).reshape(-1, 3, 4)
-    matrices[which] = np.eye(3, 4, dtype=np.float32) * np.float32(1e-12)
-    return matrices.reshape(-1, 12)
-
-
-def transforms(given: Any, which: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def transforms(given: Any, boxes: Callable[[], np.ndarray | None]) -> np.ndarray:
     """Returns (k, 12) float32 of matrices (k, 3, 4) or (k, 4, 4), whose last row is left out. Warns if float32 moves an
-    instance by too much: `which` is the mesh of each, `bounds` what boxes() returned."""
+    instance by too much: boxes() returns what box() does of the mesh of each, or None."""
     array = _arrays.as_numpy(given, "instances")
     rounded = _arrays.floats(array, "instances", (4,))
     if array.ndim != 3 or array.shape[1] not in (3, 4):
         raise ValueError(f"instances: shape is {array.shape}; expected (k, 3, 4) or (k, 4, 4)")
-    matrices = np.array(rounded[:, :3], np.float32, order="C")
-    if array.dtype.itemsize > 4 and len(array) == len(which) and np.all(which < len(bounds[0])):
-        _warn_of_places(array[:, :3].astype(np.float64), matrices, *(each[which] for each in bounds))
-    return matrices.reshape(-1, 12)
+    matrices = rounded[:, :3]
+    if array.dtype.itemsize > 4:
+        bounds = boxes()
+        if bounds is not None and len(bounds) == len(array):
+            _warn_of_places(array[:, :3].astype(np.float64), matrices, bounds[:, 0], bounds[:, 1])
+    return _arrays.contiguous(matrices, np.float32).reshape(-1, 12)
 
 
 def _warn_of_places(given: np.ndarray, rounded: np.ndarray, middle: np.ndarray, half: np.ndarray) -> None:
@@ -176,26 +165,40 @@ def _warn_of_places(given: np.ndarray, rounded: np.ndarray, middle: np.ndarray, 
     )
 
 
-def instances(given: Any, meshes: Any, bounds: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
-    """Returns what the extension takes besides the meshes: nothing, or matrices and the numbers of their meshes."""
-    if given is None:
-        if meshes is not None:
-            raise ValueError("instance_meshes: there are no instances; expected None")
-        return ()
+def _whole(given: Any, name: str, expected: str) -> np.ndarray:
+    """Returns whole numbers below 2^32: (n,) uint32, side by side."""
+    array = _arrays.as_numpy(given, name)
+    if array.size == 0:
+        array = array.astype(np.uint32)
+    if array.dtype.kind not in "iuf" or array.ndim != 1:
+        raise ValueError(f"{name}: shape is {array.shape}, dtype {array.dtype}; expected {expected}")
+    wrong = np.nonzero((array < 0) | (array > 0xFFFFFFFF) | (array != np.floor(array)))[0]
+    if len(wrong):
+        raise ValueError(f"{name}: number {wrong[0]} is {array[wrong[0]]}; expected a whole number below 2^32")
+    return _arrays.contiguous(array, np.uint32)
+
+
+def numbers(given: Any, name: str) -> np.ndarray:
+    """Returns one number, or several, as (k,) uint32."""
+    return _whole([given] if np.ndim(given) == 0 else given, name, "a number, or (k,) integers")
+
+
+def masks(given: Any, count: int) -> np.ndarray:
+    """Returns masks of instances as (k,) uint32."""
+    found = _whole([given] * count if np.ndim(given) == 0 else given, "masks", f"{count} integers")
+    if len(found) != count:
+        raise ValueError(f"masks: found {len(found)}; expected {count}, one for each instance")
+    return found
+
+
+def instances(
+    given: Any, meshes: Any, of: Any, boxes: Callable[[np.ndarray], np.ndarray | None]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Returns instances as the extension takes them: matrices, the numbers of their meshes and their masks. `boxes`
+    returns what box() does of meshes by their numbers."""
     matrices = _arrays.as_numpy(given, "instances")
     count = len(matrices) if matrices.ndim else 0
-    if meshes is None:
-        which = np.zeros(count, np.uint32)
-        return transforms(matrices, which, bounds), which
-    numbers = _arrays.as_numpy(meshes, "instance_meshes")
-    if numbers.size == 0:
-        numbers = numbers.astype(np.uint32)
-    if numbers.dtype.kind not in "iuf" or numbers.shape != (count,):
-        raise ValueError(
-            f"instance_meshes: shape is {numbers.shape}, dtype {numbers.dtype}; expected {count} integers"
-        )
-    wrong = np.nonzero((numbers < 0) | (numbers > 0xFFFFFFFF) | (numbers != np.floor(numbers)))[0]
-    if len(wrong):
-        raise ValueError(f"instance_meshes: number {wrong[0]} is {numbers[wrong[0]]}; expected the index of a mesh")
-    which = _arrays.contiguous(numbers, np.uint32)
-    return transforms(matrices, which, bounds), which
+    which = np.zeros(count, np.uint32) if meshes is None else _whole(meshes, "instance_meshes", f"{count} integers")
+    if len(which) != count:
+        raise ValueError(f"instance_meshes: shape is {which.shape}; expected {count} integers, one for each matrix")
+    return transforms(matrices, lambda: boxes(which)), which, None if of is None else masks(of, count)

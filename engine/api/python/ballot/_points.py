@@ -32,16 +32,17 @@ _SIGNS = {"parity": 0, "pseudonormal": 1}
 _CULLS = {"none": 0, "back": 1, "front": 2}
 
 
-def _masks(given: Any, name: str, shape: tuple[int, ...] = ()) -> np.ndarray | None:
-    """Returns masks as a flat array. `shape` is the one that they may have besides (n,)."""
+def _masks(given: Any, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Returns masks of rays of this shape as a flat array."""
     if given is None:
         return None
+    name = "ray_masks"
     masks = np.asarray(given) if isinstance(given, (list, tuple)) else _arrays.as_numpy(given, name)
     if masks.dtype.kind not in "iu" or (masks.size and not 0 <= int(masks.min()) <= int(masks.max()) < 2**32):
         wrong = f", {masks.min()} to {masks.max()}" if masks.size else ""
         raise ValueError(f"{name}: found {masks.dtype}{wrong}; expected whole numbers from 0 to 2^32 - 1")
     if masks.ndim != 1 and masks.shape != shape:
-        raise ValueError(f"{name}: shape is {masks.shape}; expected {shape if shape else '(n,), one for each mesh'}")
+        raise ValueError(f"{name}: shape is {masks.shape}; expected {shape}")
     return _arrays.contiguous(masks, np.uint32).reshape(-1)
 
 
@@ -52,14 +53,13 @@ def _one_of(known: Mapping[str, int], value: Any, name: str) -> int:
 
 
 def _filters(
-    shape: tuple[int, ...], numeric: Any, cull: Any, mesh_masks: Any, ray_masks: Any, alpha: Any
+    shape: tuple[int, ...], numeric: Any, cull: Any, ray_masks: Any, alpha: Any
 ) -> dict[str, Any]:
     """Returns the checked arguments that choose triangles, for rays of this shape."""
     return {
         "numeric": _query.text(numeric, "numeric"),
         "cull": _one_of(_CULLS, cull, "cull"),
-        "mesh_masks": _masks(mesh_masks, "mesh_masks"),
-        "ray_masks": _masks(ray_masks, "ray_masks", shape),
+        "ray_masks": _masks(ray_masks, shape),
         "alpha": bool(alpha),
     }
 
@@ -160,8 +160,7 @@ class Queries(Closable):
         return Times(*spent)
 
     def count_crossings(
-        self, rays: Any, *, numeric: str = "watertight", cull: str = "none", mesh_masks: Any = None,
-        ray_masks: Any = None, alpha: bool = False, t: Any = None, times: list[Times] | None = None,
+        self, rays: Any, *, numeric: str = "watertight", cull: str = "none", ray_masks: Any = None, alpha: bool = False, t: Any = None, times: list[Times] | None = None,
         progress: Progress | None = None,
     ) -> np.ndarray:
         """Returns how many triangles each ray crosses: int64 of shape (...). Rays and t as trace().
@@ -173,8 +172,8 @@ class Queries(Closable):
                     the device leaves open
         cull        "back" or "front": leave out triangles that a ray meets from there. The front is the side from
                     which the vertices run counter-clockwise
-        mesh_masks  a whole number below 2^32 for each mesh, in the order of `meshes`; its instances have it
-        ray_masks   the same for each ray: a mesh is left out if its mask shares no bit with the ray's
+        ray_masks   a whole number below 2^32 for each ray: instances whose masks (set_masks()) share no bit with it are
+                    left out
         alpha       True: leave out a triangle where its surface stops nothing: where the alpha of material, texture and
                     vertex colours is below the cutoff of a mask, or 0. Changes nothing where all surfaces are opaque,
                     as in scenes from arrays. Not with numeric="exact", because textures are read in float32
@@ -184,7 +183,7 @@ class Queries(Closable):
         [1, 0]
         """
         source = _arrays.rays(rays, t)
-        filters = _filters(source.shape[:-1], numeric, cull, mesh_masks, ray_masks, alpha)
+        filters = _filters(source.shape[:-1], numeric, cull, ray_masks, alpha)
         counts: np.ndarray
         counts, _, spent = self._handle.list_crossings(
             _arrays.rows(source), 0, False, _query.progress_function(progress), **filters
@@ -195,7 +194,7 @@ class Queries(Closable):
 
     def crossings(
         self, rays: Any, *, first: int | None = None, numeric: str = "watertight", cull: str = "none",
-        mesh_masks: Any = None, ray_masks: Any = None, alpha: bool = False, t: Any = None,
+        ray_masks: Any = None, alpha: bool = False, t: Any = None,
         times: list[Times] | None = None, progress: Progress | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Finds all triangles that each ray crosses. Returns (counts, hits): how many crossings each ray has, int64 of
@@ -214,7 +213,7 @@ class Queries(Closable):
         source = _arrays.rays(rays, t)
         if first == 0:
             return np.zeros(source.shape[:-1], np.int64), np.empty(0, HIT)
-        filters = _filters(source.shape[:-1], numeric, cull, mesh_masks, ray_masks, alpha)
+        filters = _filters(source.shape[:-1], numeric, cull, ray_masks, alpha)
         counts: np.ndarray
         hits: np.ndarray
         counts, hits, spent = self._handle.list_crossings(

@@ -8,15 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from . import _arrays, _ballot, _mesh, _query, _scene_arguments
+from . import _arrays, _ballot, _mesh, _pickles, _query, _scene_arguments
 from ._array import Array
 from ._arrays import HIT
 from ._device import Device, device_or_default
+from ._edits import Edits
 from ._errors import Error
 from ._job import Job
 from ._points import Queries
 from ._query import Times
-from ._scene_info import Animation, InstanceInfo, MeshInfo, SceneInfo
+from ._scene_info import Animation, SceneInfo
 
 Progress = Callable[[float], Any]
 
@@ -31,7 +32,7 @@ _COLUMNS = {  # name: (dtype, shape of one ray's entry)
 }
 
 
-class Scene(Queries):
+class Scene(Edits, Queries):
     """A scene on a device, made of triangle meshes.
 
     vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12. Without triangles: their corners (m, 3, 3),
@@ -50,22 +51,25 @@ class Scene(Queries):
     instances     (k, 3, 4) or (k, 4, 4) float32 or float64: a matrix for each instance of a mesh, whose points p lie at
                   m[:3, :3] @ p + m[:3, 3]. None: each mesh lies where its vertices say
     instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
+    masks         with `instances`: (k,) whole numbers below 2^32, as set_masks() says; None: all bits
+    layout        which meshes lie in one tree. "auto": all, unless `instances` are given. "merge": those that are
+                  placed once, by the identity. "separate": none, so that each moves at its own cost
     cache         keep the tree on disk, in $XDG_CACHE_HOME/ballot
-    updates       how update() moves the tree. "refit": boxes move, its shape stays, so traces slow down as triangles
+    updates       how trees follow set_vertices(). "refit": boxes move, the shape stays, so traces slow down as triangles
                   move apart. "rebuild": anew. "auto": refits until queries have lost as much time as a build takes
     expected_rays hint for builder "auto": rays that will be traced in all; 0: unknown
 
-    Triangles are numbered through the meshes in their order. Those without area keep their number and are never hit.
+    Meshes and instances are numbered from 0. Without `instances` each mesh has one, with its own number. HIT's prim
+    counts the triangles of the first instance, then those of the second, and so on; columns "instances" and "prims"
+    name instance and triangle. Triangles without area keep their number and are never hit. commit() edits the scene.
     The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. float64 is rounded, with a
     PrecisionWarning if that moves a vertex by more than 2^-20 of its mesh's size. Raises ValueError, which names mesh
     and vertex or index, if a number is not finite, an index is out of range, a mesh is empty, or there are more than
     2^31 - 1 triangles.
 
-    With `instances` the tree of each mesh is built once, below a tree over the instances, and update_instances() moves
-    them. HIT's prim then counts the triangles of the first instance, then those of the second, and so on; columns
-    "instances" and "prims" name instance and triangle. Method "packet-wide" cannot trace such a scene, and pictures and
-    make_rays() take matrices that multiply rounding errors by 4096 at most. One that cannot be inverted in float32 is a
-    ValueError.
+    With `instances` the tree of each mesh is built once, below a tree over the instances. Method "packet-wide" cannot
+    trace such a scene, and pictures and make_rays() take matrices that multiply rounding errors by 4096 at most. One
+    that cannot be inverted in float32 is a ValueError.
 
     A scene may be used from any thread, and can be pickled: geometry, settings and the name of its device go along.
 
@@ -87,6 +91,8 @@ class Scene(Queries):
         normals: Any = None,
         instances: Any = None,
         instance_meshes: Any = None,
+        masks: Any = None,
+        layout: str = "auto",
         builder: str = "",
         max_leaf: int = 6,
         split_budget: float = 0.5,
@@ -100,39 +106,37 @@ class Scene(Queries):
             _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh", bool(soup))
             for k, ((v, t), i, n) in enumerate(zip(given, numbers, directions))
         ]
-        self._options = _scene_arguments.options(builder, max_leaf, split_budget, cache, updates, expected_rays)
+        self._options = _scene_arguments.options(
+            builder, max_leaf, split_budget, cache, updates, expected_rays, layout=layout
+        )
         self._path: str | None = None
         self._device = device
         self._time: tuple[int, float] | None = None
-        self._bounds = _mesh.boxes(made if instances is not None else [])
-        self._instances = _mesh.instances(instances, instance_meshes, self._bounds)
-        self._open([tuple(m) for m in made])
-        self._meshes = [_mesh.kept(m, t, n) for m, (_, t), n in zip(made, given, directions)]
-        self._moved, self._placed, self._which = set(), None, self._instances[1] if self._instances else None
+        placed = _scene_arguments.instances(instances, instance_meshes, masks, made)
+        self._open([tuple(m) for m in made], placed)
+        self._first: tuple[int, int | None] = (len(made), None if placed is None else len(placed[0]))
+        own: dict[int, _mesh.Mesh | None] = {
+            k: _mesh.kept(m, t, n) for k, (m, (_, t), n) in enumerate(zip(made, given, directions))
+        }
+        self._begin(own, len(made) if placed is None else len(placed[0]))
 
-    _handle: _ballot.Scene
-    _moved: set[int]  # of a file's scene: the meshes that update() has moved
-    _placed: np.ndarray | None  # and the matrices of update_instances()
-    _which: np.ndarray | None  # the mesh of each instance; None: not known yet
+    def _load(self, path: str, device: Device | None, options: Any) -> None:
+        """Loads a file into a new object."""
+        self._device, self._options, self._path, self._time = device, options, path, None
+        self._first = (0, None)
+        self._open(path)
+        self._begin(dict.fromkeys(range(len(self._handle.meshes()))), len(self._handle.instances()))
 
-    def _open(self, source: Any) -> None:
-        source = os.fsencode(source) if isinstance(source, str) else source
-        arguments: list[Any] = [device_or_default(self._device)._handle, source, *self._instances, self._options]
-        self._handle = _ballot.Scene(*arguments)
+    def _open(self, source: Any, instances: Any = None) -> None:
+        device = device_or_default(self._device)._handle
+        if isinstance(source, str):
+            self._handle = _ballot.Scene(device, os.fsencode(source), self._options)
+        else:
+            self._handle = _ballot.Scene(device, source, instances, self._options)
 
     @property
     def info(self) -> SceneInfo:
         return SceneInfo(*self._handle.info())
-
-    @property
-    def meshes(self) -> list[MeshInfo]:
-        """The meshes, in the order of their triangles."""
-        return [MeshInfo(*mesh) for mesh in self._handle.meshes()]
-
-    @property
-    def instances(self) -> list[InstanceInfo]:
-        """The instances of the meshes; none if each mesh lies in the world, once."""
-        return [InstanceInfo(*instance) for instance in self._handle.instances()]
 
     @property
     def animations(self) -> list[Animation]:
@@ -158,50 +162,8 @@ class Scene(Queries):
         self._time = time
 
     def triangles(self) -> np.ndarray:
-        """Returns the corners of the triangles of each mesh, in its own space: (m, 3, 3) float32. That is the world
-        unless the scene has instances."""
+        """Returns the corners of the triangles of each mesh, in its own space: (m, 3, 3) float32."""
         return self._handle.triangles()
-
-    def update(self, mesh: int, vertices: Any) -> None:
-        """Moves the vertices of a mesh, in its own space.
-
-        mesh      its index in `meshes`
-        vertices  (n, 3) float32 or float64, as many as before; of a mesh from a file, or without triangles, its corners
-                  (m, 3, 3) or (3 m, 3)
-
-        Later traces find the moved triangles. The scene's `updates` says how the tree moves; one that a triangle gains
-        or loses its area in is always built anew. Raises ValueError if the number differs or a coordinate is not
-        finite, if the scene has animations, or if the mesh of a file lies in one tree with others (load it with
-        instances="copy"); the scene is then as it was. After Ctrl-C it may have moved.
-        """
-        number = _query.integer(mesh, "mesh", 0, 2**31)
-        soup = self._path is not None or (number < len(self._meshes) and self._meshes[number].indices is None)
-        positions = _mesh.positions(vertices, f"mesh {number}: vertices", soup)
-        self._handle.update(number, positions)
-        if self._path is not None:
-            self._moved.add(number)
-            self._which = None
-        if self._instances:
-            for all_boxes, own in zip(self._bounds, _mesh.boxes([self._meshes[number]._replace(vertices=positions)])):
-                all_boxes[number] = own[0]
-
-    def update_instances(self, instances: Any) -> None:
-        """Moves the instances of a scene that has some.
-
-        instances  (k, 3, 4) or (k, 4, 4) float32 or float64, a matrix for each of them
-
-        Moves the tree over the instances alone. Raises ValueError if the number differs, a matrix is refused, or the
-        scene has animations; the scene is then as it was. Instances of a file's mesh that lies in one tree with others
-        take the identity alone.
-        """
-        if self._which is None:
-            self._which, self._bounds = _mesh.places(self.instances, self.meshes)
-        transforms = _mesh.transforms(instances, self._which, self._bounds)
-        self._handle.update_instances(transforms)
-        if self._path is None:
-            self._instances = (transforms, *self._instances[1:])
-        else:
-            self._placed = transforms
 
     def trace(
         self,
@@ -278,7 +240,7 @@ class Scene(Queries):
                  "uvs"       (..., 2) float32: weights of the vertices 1 and 2; on a miss 0
                  "normals"   (..., 3) float32: unit normal, by the right-hand rule over the vertices; on a miss 0
                  "occluded"  (...) bool: True for a hit
-                 "instances" (...) uint32: number of the instance; 0 in scenes without; on a miss MISS
+                 "instances" (...) uint32: number of the instance; on a miss MISS
         out      arrays for some of the columns, by name
         """
         source = _arrays.rays(rays, t)
@@ -367,34 +329,17 @@ class Scene(Queries):
             info = self.info
         except Error as error:  # such as one that was made before fork()
             return f"<ballot.Scene, {error.code.name.lower()}>"
-        placed = f" in {info.instances} instances" if info.instances else ""
+        placed = f" in {info.instances} instances" if info.trees else ""
         return f"<ballot.Scene of {info.triangles} triangles{placed}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        state: dict[str, Any] = {"device": self._device, "options": self._options, "path": self._path}
-        state |= {"instances": self._instances, "time": self._time}
-        if self._path is not None and not self._moved:
-            return state | {"placed": self._placed}
-        corners = np.split(self.triangles(), [i.first for i in self.meshes][1:])
-        if self._path is None:
-            return state | {"meshes": [tuple(_mesh.restored(m, c)) for m, c in zip(self._meshes, corners)]}
-        return state | {"placed": self._placed, "moved": {m: corners[m].copy() for m in self._moved}}
+        return {"device": self._device, "options": self._options} | _pickles.state_of(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._device, self._options, self._path = state["device"], state["options"], state["path"]
-        meshes = [_mesh.Mesh(*_mesh.readable(mesh)) for mesh in state.get("meshes", ())]
-        self._instances = _mesh.readable(state.get("instances", ()))
-        self._bounds = _mesh.boxes(meshes if self._instances else [])
-        self._open(self._path if self._path is not None else meshes)
-        self._placed, moved = state.get("placed"), state.get("moved", {})
-        self._moved, self._which = set(moved), self._instances[1] if self._instances else None
-        if moved and self._placed is not None:
-            self._handle.update_instances(_mesh.shrunk(self._placed, [i.mesh in moved for i in self.instances]))
-        for number, corners in moved.items():
-            self._handle.update(number, _arrays.contiguous(corners.reshape(-1, 3)))
-        if self._placed is not None:
-            self._handle.update_instances(_arrays.contiguous(self._placed))
-        self._time = state.get("time")
+        self._first = state["first"]
+        self._open(*_pickles.source_of(state))
+        _pickles.restore(self, state)
+        self._time = state["time"]
         if self._time is not None:
             self._handle.set_time(*self._time)
-        self._meshes = [_mesh.kept(mesh, None, None) for mesh in meshes]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _adapters, _query
+from . import _adapters, _mesh, _query
 
 
 def options(
@@ -18,8 +18,10 @@ def options(
     expected_rays: float,
     instances: str = "auto",
     ids: str = "mesh",
-) -> tuple[str, int, float, bool, str, float, str, str]:
-    for name, text in (("builder", builder), ("updates", updates), ("instances", instances), ("ids", ids)):
+    layout: str = "auto",
+) -> tuple[str, int, float, bool, str, float, str, str, str]:
+    texts = (("builder", builder), ("updates", updates), ("instances", instances), ("ids", ids), ("layout", layout))
+    for name, text in texts:
         _query.text(text, name)
     rays = _query.number(expected_rays, "expected_rays")
     if rays < 0:
@@ -36,6 +38,7 @@ def options(
         rays,
         instances,
         ids,
+        layout,
     )
 
 
@@ -61,3 +64,14 @@ def one_each(ids: Any, normals: Any, count: int, single: bool) -> tuple[list[Any
         if len(found) != count:
             raise ValueError(f"{name}: found {len(found)}; expected {count}, one for each mesh")
     return numbers, directions
+
+
+def instances(given: Any, meshes: Any, masks: Any, made: list[_mesh.Mesh]) -> tuple[np.ndarray, ...] | None:
+    """Returns the instances of meshes that a scene was given; None: none were."""
+    if given is None:
+        for found, name in ((meshes, "instance_meshes"), (masks, "masks")):
+            if found is not None:
+                raise ValueError(f"{name}: there are no instances; expected None")
+        return None
+    boxes = np.array([_mesh.box(m) for m in made]).reshape(-1, 2, 3)
+    return _mesh.instances(given, meshes, masks, lambda which: boxes[which] if (which < len(boxes)).all() else None)

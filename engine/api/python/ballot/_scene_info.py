@@ -19,14 +19,15 @@ class SceneInfo(NamedTuple):
     nodes: int
     leaves: int
     depth: int
-    sah: float  # expected cost of a random ray that meets the bounds; 0 with instances
+    sah: float  # expected cost of a random ray that meets the bounds; 0 of several trees
     build_seconds: float  # of the last build of the tree
-    instances: int  # 0: each mesh lies in the world, once
+    instances: int
     instance_triangles: int  # counted through all instances
     top_seconds: float  # of the last build or refit of the tree over the instances
     decay: float  # sah divided by that at the last build: traces are slower by about this factor
-    update_seconds: float  # of the last update of vertices or time
+    update_seconds: float  # of the last commit or change of time
     refits: int  # such updates since the last build
+    trees: int  # below the tree over the instances; 0: one tree over all, in the world
 
 
 class Animation(NamedTuple):
@@ -38,11 +39,7 @@ class Animation(NamedTuple):
 
 
 class MeshInfo(NamedTuple):
-    """A mesh of a scene.
-
-    Its triangles are first to first + triangles - 1 of Scene.triangles(), and of HIT's prim unless the scene has
-    instances.
-    """
+    """A mesh of a scene. Its triangles are first to first + triangles - 1 of Scene.triangles()."""
 
     name: str  # as in the file, else "mesh N", or "scene" of one mesh; cut off after 255 bytes
     id: int  # as the scene was made with, or of the mesh or group in the file
@@ -50,6 +47,7 @@ class MeshInfo(NamedTuple):
     triangles: int
     lo: tuple[float, float, float]  # its bounds, in its own space; zero if it has no triangle
     hi: tuple[float, float, float]
+    mesh: int  # its number
 
 
 class InstanceInfo(NamedTuple):
@@ -63,3 +61,5 @@ class InstanceInfo(NamedTuple):
     transform: np.ndarray  # (3, 4) float32
     lo: tuple[float, float, float]  # a box in the world that holds it; zero if it has no triangle
     hi: tuple[float, float, float]
+    instance: int  # its number
+    mask: int

@@ -71,8 +71,8 @@ using Masks = std::optional<nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_
 
 /// Returns (counts, numbers of the hits, times). Counts are signed, as indices of NumPy are.
 Objects list_crossings(const SceneObject& self, const PointRows& array, std::uint32_t most, bool lists,
-                       nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& mesh_masks,
-                       const Masks& ray_masks, bool alpha) {
+                       nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& ray_masks,
+                       bool alpha) {
   auto rays = BALLOT_INIT(BallotRays);
   rays.data = array.data(), rays.count = array.shape(0);
   rays.stride = rays.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
@@ -89,7 +89,6 @@ Objects list_crossings(const SceneObject& self, const PointRows& array, std::uin
     to.numeric = numeric.c_str();
     to.cull = cull;
     to.alpha = alpha;
-    if (mesh_masks) to.mesh_masks = mesh_masks->data(), to.mesh_mask_count = mesh_masks->size();
     if (ray_masks) to.ray_masks = ray_masks->data();
     to.user = &found;
     to.progress = &Crossings::progress;
@@ -116,7 +115,7 @@ void bind_points(nb::class_<SceneObject>& scene) {
             nb::arg("progress").none(), nb::arg("numeric"), nb::arg("sign"), none("distances"), none("nearest"),
             none("prims"), none("mesh_ids"), none("uvs"), none("normals"), none("signed_distances"), none("inside"));
   scene.def("list_crossings", &list_crossings, nb::arg("rays").noconvert(), nb::arg("most"), nb::arg("lists"),
-            nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("mesh_masks"), none("ray_masks"),
+            nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("ray_masks"),
             nb::arg("alpha") = false);
 }
 

@@ -53,12 +53,13 @@ struct MeshArrays {
 };
 
 /// The settings of a scene as Python gives them.
-using Settings = std::tuple<std::string, std::uint32_t, float, bool, std::string, double, std::string, std::string>;
+using Settings =
+    std::tuple<std::string, std::uint32_t, float, bool, std::string, double, std::string, std::string, std::string>;
 
 SceneOptions options_of(const Settings& settings) {
-  const auto& [builder, max_leaf, split_budget, cache, update, expected_rays, instances, ids] = settings;
+  const auto& [builder, max_leaf, split_budget, cache, update, expected_rays, instances, ids, layout] = settings;
   if (max_leaf < 1) throw Error(Code::Argument, "max_leaf is 0; expected 1 to 6");
-  return {builder, max_leaf, split_budget, cache, update, expected_rays, false, instances, ids};
+  return {builder, max_leaf, split_budget, cache, update, expected_rays, false, instances, layout, ids};
 }
 
 std::vector<MeshArrays> arrays_of(const nb::list& meshes) {
@@ -74,30 +75,32 @@ std::vector<Mesh> meshes_of(const std::vector<MeshArrays>& arrays) {
   return list;
 }
 
-void make_instances(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const Matrices& transforms,
-                    const Indices& of_which, const Settings& settings) {
+/// Instances as Python gives them: (matrices, numbers of their meshes, masks or None). Keeps its arrays.
+struct InstanceArrays {
+  explicit InstanceArrays(const nb::tuple& given)
+      : transforms(nb::cast<Matrices>(given[0], false)), meshes(nb::cast<Indices>(given[1], false)) {
+    instances.transforms = {transforms.data(), transforms.size()};
+    instances.meshes = {meshes.data(), meshes.size()};
+    if (given[2].is_none()) return;
+    masks = nb::cast<Indices>(given[2], false);
+    instances.masks = {masks.data(), masks.size()};
+  }
+  Matrices transforms;
+  Indices meshes, masks;
+  Instances instances;
+};
+
+/// `instances`: as InstanceArrays has them; None: each mesh lies in the world, once.
+void make_scene(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const nb::object& instances,
+                const Settings& settings) {
+  std::optional<InstanceArrays> placed;
+  if (!instances.is_none()) placed.emplace(nb::cast<nb::tuple>(instances));
   const auto call = [=, arrays = arrays_of(meshes), options = options_of(settings)](const Device& d,
                                                                                     Watch& watch) mutable {
-    const Instances instances{.transforms = {transforms.data(), transforms.size()},
-                              .meshes = {of_which.data(), of_which.size()}};
     options.progress = [&watch](double done) { return watch(done); };
-    return std::make_shared<Scene>(d, std::span<const Mesh>(meshes_of(arrays)), instances, options);
-  };
-  new (self) SceneObject(watched(device.use(), nb::none(), call));
-}
-
-void update_instances(const SceneObject& self, const Matrices& transforms) {
-  watched(self.use(), nb::none(), [=](Scene& s, Watch&) {
-    s.update_instances({transforms.data(), transforms.size()});
-    return true;
-  });
-}
-
-void make_scene(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const Settings& settings) {
-  const auto call = [arrays = arrays_of(meshes), options = options_of(settings)](const Device& d,
-                                                                                 Watch& watch) mutable {
-    options.progress = [&watch](double done) { return watch(done); };
-    return std::make_shared<Scene>(d, std::span<const Mesh>(meshes_of(arrays)), options);
+    const std::vector<Mesh> all = meshes_of(arrays);
+    if (placed) return std::make_shared<Scene>(d, std::span<const Mesh>(all), placed->instances, options);
+    return std::make_shared<Scene>(d, std::span<const Mesh>(all), options);
   };
   new (self) SceneObject(watched(device.use(), nb::none(), call));
 }
@@ -123,13 +126,13 @@ Objects info_of(const SceneObject& self) {
   const SceneInfo i = watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.info(); });
   return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, tuple_of(i.lo), tuple_of(i.hi), i.nodes, i.leaves,
                         i.depth, i.sah, i.build_seconds, i.instances, i.instance_triangles, i.top_seconds, i.decay,
-                        i.update_seconds, i.refits);
+                        i.update_seconds, i.refits, i.trees);
 }
 
 ObjectList meshes(const SceneObject& self) {
   ObjectList all = nb::list();
   for (const MeshInfo& i : watched(self.use(), nb::none(), [](const Scene&s, Watch&) { return s.meshes(); }))
-    all.append(nb::make_tuple(text_of(i.name), i.id, i.first, i.triangles, tuple_of(i.lo), tuple_of(i.hi)));
+    all.append(nb::make_tuple(text_of(i.name), i.id, i.first, i.triangles, tuple_of(i.lo), tuple_of(i.hi), i.mesh));
   return all;
 }
 
@@ -139,15 +142,72 @@ ObjectList instances(const SceneObject& self) {
   for (const InstanceInfo& i : watched(self.use(), nb::none(), [](const Scene&s, Watch&) { return s.instances(); }))
     all.append(nb::make_tuple(text_of(i.name), i.id, i.mesh, i.first, i.triangles,
                               array_of(std::vector<float>(i.transform, i.transform + 12), {3, 4}), tuple_of(i.lo),
-                              tuple_of(i.hi)));
+                              tuple_of(i.hi), i.instance, i.mask));
   return all;
 }
 
-void update(const SceneObject& self, std::size_t mesh, const nb::object& vertices) {
-  watched(self.use(), nb::none(), [=, v = Vectors(vertices)](Scene& s, Watch&) {
-    s.update(mesh, v.numbers, v.stride);
-    return true;
+/// Calls what edits a scene, and returns what that returns.
+template <class Edit>
+auto edit(const SceneObject& self, const Edit& how) {
+  return watched(self.use(), nb::none(), [&](Scene& s, Watch&) { return how(s); });
+}
+
+std::uint32_t add_mesh(const SceneObject& self, const nb::tuple& mesh) {
+  return edit(self, [arrays = MeshArrays(mesh)](Scene& s) { return s.add_mesh(arrays.mesh); });
+}
+
+void replace_mesh(const SceneObject& self, std::uint32_t mesh, const nb::tuple& with) {
+  edit(self, [=, arrays = MeshArrays(with)](Scene& s) { return s.replace_mesh(mesh, arrays.mesh), true; });
+}
+
+void remove_mesh(const SceneObject& self, std::uint32_t mesh) {
+  edit(self, [=](Scene& s) { return s.remove_mesh(mesh), true; });
+}
+
+/// The caller keeps the array until the next commit.
+void set_vertices(const SceneObject& self, std::uint32_t mesh, const nb::object& vertices) {
+  edit(self, [=, v = Vectors(vertices)](Scene& s) { return s.set_vertices(mesh, v.numbers, v.stride), true; });
+}
+
+auto add_instances(const SceneObject& self, const nb::tuple& instances) {
+  std::vector<std::uint32_t> numbers =
+      edit(self, [given = InstanceArrays(instances)](Scene& s) { return s.add_instances(given.instances); });
+  const std::size_t count = numbers.size();
+  return array_of(std::move(numbers), {count});
+}
+
+void remove_instances(const SceneObject& self, const Indices& numbers) {
+  edit(self, [=](Scene& s) { return s.remove_instances({numbers.data(), numbers.size()}), true; });
+}
+
+/// `numbers`: of the instances; None: all, and the caller keeps the matrices until the next commit.
+void set_transforms(const SceneObject& self, const Matrices& matrices, const nb::object& numbers) {
+  const std::span<const float> all{matrices.data(), matrices.size()};
+  if (numbers.is_none()) {
+    edit(self, [=](Scene& s) { return s.set_transforms(all), true; });
+    return;
+  }
+  edit(self, [=, which = nb::cast<Indices>(numbers, false)](Scene& s) {
+    return s.set_transforms({which.data(), which.size()}, all), true;
   });
+}
+
+void set_masks(const SceneObject& self, const Indices& numbers, const Indices& masks) {
+  edit(self, [=](Scene& s) {
+    return s.set_masks({numbers.data(), numbers.size()}, {masks.data(), masks.size()}), true;
+  });
+}
+
+/// `reads`: the arrays that the commit reads.
+void commit(const SceneObject& self, const nb::list& reads) {
+  edit(self, [=](Scene& s) {
+    static_cast<void>(reads);  // kept until then
+    return s.commit(), true;
+  });
+}
+
+void discard(const SceneObject& self) {
+  edit(self, [](Scene& s) { return s.discard(), true; });
 }
 
 ObjectList animations(const SceneObject& self) {
@@ -174,16 +234,23 @@ auto triangles(const SceneObject& self) {
 
 void bind_scenes(nb::module_& m) {
   nb::class_<SceneObject> scene(m, "Scene");
-  scene.def("__init__", &make_scene)
-      .def("__init__", &make_instances)
+  scene.def("__init__", &make_scene, nb::arg(), nb::arg(), nb::arg().none(), nb::arg())
       .def("__init__", &load_scene)
       .def("close", &SceneObject::close)
       .def_prop_ro("closed", &SceneObject::closed)
       .def("info", &info_of)
       .def("meshes", &meshes)
       .def("instances", &instances)
-      .def("update", &update)
-      .def("update_instances", &update_instances)
+      .def("add_mesh", &add_mesh)
+      .def("replace_mesh", &replace_mesh)
+      .def("remove_mesh", &remove_mesh)
+      .def("set_vertices", &set_vertices)
+      .def("add_instances", &add_instances)
+      .def("remove_instances", &remove_instances)
+      .def("set_transforms", &set_transforms, nb::arg(), nb::arg().none())
+      .def("set_masks", &set_masks)
+      .def("commit", &commit)
+      .def("discard", &discard)
       .def("animations", &animations)
       .def("set_time", &set_time)
       .def("triangles", &triangles);

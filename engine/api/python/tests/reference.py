@@ -86,3 +86,15 @@ def all_hits(corners: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndar
         hit[:, i] = one["prim"] != MISS
         sure &= one["margin"] > 1e-5
     return hit, sure
+
+
+def move(scene, mesh, vertices):
+    """Moves the vertices of a mesh at once."""
+    scene.set_vertices(mesh, vertices)
+    scene.commit()
+
+
+def place(scene, transforms):
+    """Moves all instances at once."""
+    scene.set_transforms(transforms)
+    scene.commit()

@@ -50,9 +50,13 @@ class Instances(unittest.TestCase):
             np.testing.assert_array_equal(info.transform, transform[:3])
         self.assertEqual((infos[1].lo, infos[1].hi), ((8, -2, -2), (12, 2, 2)))
 
-    def test_masks_are_of_meshes(self):
-        counts = self.scene.count_crossings(down((0.25, 0.3)), mesh_masks=[0, 1])
-        self.assertEqual(counts.tolist(), [1])
+    def test_masks_are_of_instances(self):
+        self.scene.set_masks([0, 1, 2, 3], [1, 1, 2, 2])
+        self.scene.commit()
+        self.assertEqual(self.scene.count_crossings(down((0.25, 0.3)), ray_masks=[2]).tolist(), [1])
+        self.scene.set_masks(2, 0)
+        self.scene.commit()
+        self.assertEqual(self.scene.trace_columns(down((0.25, 0.3)), ["instances"])["instances"].tolist(), [0])
 
     def test_hits_are_those_of_moved_copies(self):
         vertices, triangles = [], []
@@ -73,7 +77,7 @@ class Instances(unittest.TestCase):
     def test_update_moves_instances(self):
         rays = down((0.25, 0.3))
         self.transforms[2, 2, 3] = 8
-        self.scene.update_instances(self.transforms[:, :3].astype(np.float32))
+        ref.place(self.scene, self.transforms[:, :3].astype(np.float32))
         self.assertEqual(self.scene.trace(rays)["t"][0], 42)
         again = pickle.loads(pickle.dumps(self.scene))
         np.testing.assert_array_equal(again.trace(rays), self.scene.trace(rays))
@@ -89,8 +93,8 @@ class Instances(unittest.TestCase):
         scene = ballot.Scene(*SQUARE)
         out = scene.trace_columns(down((0.2, 0.4), (9, 9)), ("instances",))
         self.assertEqual(out["instances"].tolist(), [0, ballot.MISS])
-        with self.assertRaisesRegex(ValueError, "the scene has no instances"):
-            scene.update_instances(np.eye(4)[None])
+        with self.assertRaisesRegex(ValueError, "2 transforms, but the scene has 1 instances"):
+            ref.place(scene, np.eye(4)[None].repeat(2, 0))
 
     def test_wrong_arguments(self):
         for text, instances, meshes in (
@@ -125,7 +129,7 @@ class Instances(unittest.TestCase):
         before = scene.trace(down((0, 0), (2, 0)))
         vertices = np.array(CUBE[0], np.float32)
         vertices[:, 2] += 1
-        scene.update(0, vertices)
+        ref.move(scene, 0, vertices)
         again = scene.trace(down((0, 0), (2, 0)))
         np.testing.assert_array_equal(again["t"], before["t"] - 1)
         np.testing.assert_array_equal(pickle.loads(pickle.dumps(scene)).trace(down((0, 0), (2, 0))), again)

@@ -130,6 +130,8 @@ class Filters(unittest.TestCase):
     def setUp(self):
         moved = ref.CUBE_VERTICES + np.float32([4, 0, 0])
         self.scene = ballot.Scene(meshes=[(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES), (moved, ref.CUBE_TRIANGLES)])
+        self.scene.set_masks([0, 1], [1, 2])
+        self.scene.commit()
         self.rays = np.float32([[-9, 0, 0, 1, 0, 0], [-9, 0.25, 0.5, 1, 0, 0]])
 
     def test_filters(self):
@@ -137,9 +139,9 @@ class Filters(unittest.TestCase):
             count = lambda **how: self.scene.count_crossings(self.rays, numeric=numeric, **how).tolist()
             self.assertEqual(count(), [4, 4])
             self.assertEqual(count(cull="back"), [2, 2])
-            self.assertEqual(count(mesh_masks=[1, 2], ray_masks=[2, 3]), [2, 4])
+            self.assertEqual(count(ray_masks=[2, 3]), [2, 4])
             counts, hits = self.scene.crossings(
-                self.rays, first=1, numeric=numeric, cull="front", mesh_masks=[1, 2], ray_masks=[2, 3]
+                self.rays, first=1, numeric=numeric, cull="front", ray_masks=[2, 3]
             )
             self.assertEqual((counts.tolist(), hits["t"].tolist()), ([1, 1], [14, 10]))
             inside = self.scene.nearest([[0, 0, 0], [2, 0, 0]], ("inside", "distances"), numeric=numeric)
@@ -153,7 +155,6 @@ class Filters(unittest.TestCase):
         for how, what in (
             ({"numeric": "plain"}, "numeric is 'plain'"),
             ({"cull": "both"}, "cull is 'both'"),
-            ({"mesh_masks": [1]}, "1 masks of meshes; the scene has 2"),
             ({"ray_masks": [1]}, "ray_masks has 1 numbers; expected 2"),
             ({"ray_masks": [1, -1]}, "ray_masks: found int64"),
             ({"ray_masks": [1.5, 2]}, "ray_masks: found float64"),

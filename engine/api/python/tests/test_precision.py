@@ -35,7 +35,7 @@ class Precision(unittest.TestCase):
                 lambda: ballot.Scene(meshes=[(cube, faces), (INEXACT, faces)]),
             ),
             ("a mesh", text, lambda: ballot.Scene(mesh)),
-            ("update", "^mesh 0: vertices: float32 moves " + text, lambda: moved.update(0, INEXACT)),
+            ("vertices", "^mesh 0: vertices: float32 moves " + text, lambda: moved.set_vertices(0, INEXACT)),
             ("Open3D", text, lambda: ballot.RaycastingScene().add_triangles(INEXACT, faces)),
             ("Open3D, a mesh", text, lambda: ballot.RaycastingScene().add_triangles(mesh)),
             (
@@ -43,7 +43,7 @@ class Precision(unittest.TestCase):
                 "instances: float32 moves instance 1 by 0.125.*of its size of 2 ",
                 lambda: ballot.Scene(cube, faces, instances=np.stack([np.eye(4), place])),
             ),
-            ("update_instances", "moves instance 0 by 0.125", lambda: placed.update_instances(place[None])),
+            ("transforms", "moves instance 0 by 0.125", lambda: placed.set_transforms(place[None])),
         ):
             with self.subTest(name), self.assertWarnsRegex(ballot.PrecisionWarning, expected) as caught:
                 call()

@@ -107,7 +107,7 @@ class Interrupts(Process):
     def test_scenes(self):
         self.ends("ballot.Scene(*grid)")
         self.ends("ballot.Scene(*grid, builder='best')")
-        self.ends("other.update(0, corners)", "other = ballot.Scene(*grid, updates='rebuild')")
+        self.ends("ref.move(other, 0, corners)", "other = ballot.Scene(*grid, updates='rebuild')")
 
     def test_files(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -124,7 +124,7 @@ class Interrupts(Process):
         """A call that waits for another thread's ends too; objects may go meanwhile."""
         setup = "other = ballot.Scene(*ref.soup(5)); threading.Thread(target=lambda: [scene.trace(rays, " \
                 "method='while-while') for _ in range(3)], daemon=True).start(); time.sleep(0.1)"
-        self.ends("del other; scene.update(0, ref.soup(300)[0]); other = 0", setup)
+        self.ends("del other; ref.move(scene, 0, ref.soup(300)[0]); other = 0", setup)
 
 
 class Progress(unittest.TestCase):
@@ -184,7 +184,7 @@ class Forks(Process):
                 make = lambda: ballot.Scene(*ref.soup(3), device=device)
                 calls = [lambda: scene.trace(rays), lambda: scene.info, make, job.wait,
                          lambda: scene.submit(rays), lambda: device.info, array.read,
-                         lambda: scene.update(0, rays[:, :3])]
+                         lambda: ref.move(scene, 0, rays[:, :3])]
                 for call in calls:
                     try:
                         call()

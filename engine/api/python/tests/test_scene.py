@@ -27,20 +27,20 @@ class Scenes(unittest.TestCase):
         self.assertGreater(info.nodes, 0)
         self.assertGreaterEqual(info.build_seconds, 0)
         np.testing.assert_array_equal(scene.triangles(), ref.CUBE_VERTICES[ref.CUBE_TRIANGLES])
-        self.assertEqual(scene.meshes, [ballot.MeshInfo("scene", 0, 0, 12, (-1,) * 3, (1,) * 3)])
-        self.assertEqual(scene.instances, [])
+        self.assertEqual(scene.meshes, [ballot.MeshInfo("scene", 0, 0, 12, (-1,) * 3, (1,) * 3, 0)])
+        self.assertEqual([(i.mesh, i.instance, i.mask) for i in scene.instances], [(0, 0, 2**32 - 1)])
         self.assertIn("12 triangles", repr(scene))
 
     def test_meshes_that_are_kept_once(self):
         path = pathlib.Path(__file__).resolve().parents[4] / "scenes" / "dance.gltf"
         kept, copied = (ballot.load_scene(path, cache=False, instances=policy) for policy in ("keep", "copy"))
         self.assertGreater(kept.info.instances, 1)
-        self.assertEqual(copied.info.instances, 0)
+        self.assertEqual(copied.info.trees, 0)
         np.testing.assert_allclose(_load._world_corners(kept), copied.triangles(), atol=1e-5)
         self.assertEqual([i.name for i in kept.instances], [m.name for m in copied.meshes])
         self.assertEqual(pickle.loads(pickle.dumps(kept)).info.instances, kept.info.instances)
         with self.assertRaisesRegex(ValueError, "animations move it"):
-            kept.update_instances(np.stack([i.transform for i in kept.instances]))
+            ref.place(kept, np.stack([i.transform for i in kept.instances]))
         with self.assertRaisesRegex(ValueError, "auto, keep, copy"):
             ballot.load_scene(path, instances="kept")
         with self.assertRaises(TypeError):
@@ -70,7 +70,7 @@ class Scenes(unittest.TestCase):
                     found = scene.trace_columns(rays, columns)
                     self.assertEqual(found["mesh_ids"].tolist(), expected)
                     self.assertEqual(found["prims"].tolist(), [0, 0])
-                    self.assertEqual(found["instances"].tolist(), [0, int(policy == "keep")])
+                    self.assertEqual(found["instances"].tolist(), [0, 1])
             self.assertEqual([m.name for m in scene.meshes], ["left", "right"])
             with self.assertRaisesRegex(ValueError, "mesh, node, material"):
                 ballot.load_scene(path, ids="name")
@@ -80,22 +80,22 @@ class Scenes(unittest.TestCase):
             self.assertEqual(found, [("left", 0, 0, 0), ("right", 1, 0, 1)])
             places = np.stack([i.transform for i in scene.instances]).astype(np.float64)
             places[1, 2, 3] = 0.5
-            scene.update_instances(places)
-            scene.update(0, points + np.float32([0, 0, 1]))
+            ref.place(scene, places)
+            ref.move(scene, 0, points + np.float32([0, 0, 1]))
             for moved in (scene, pickle.loads(pickle.dumps(scene))):
                 self.assertEqual(moved.trace_columns(rays, columns)["t"].tolist(), [1, 0.5])
             self.assertEqual((scene.instances[1].lo, scene.instances[1].hi), ((3, 0, 1.5), (4, 1, 1.5)))
             places[1, 2, 3] = 1e9 + 1 / 3
             with self.assertWarnsRegex(ballot.PrecisionWarning, "moves instance 1"):
-                scene.update_instances(places)
+                ref.place(scene, places)
             # A mesh that only its instances' last places can hold is pickled all the same.
             gltf["nodes"][1]["scale"] = [100, 100, 100]
             path.write_text(json.dumps(gltf), encoding="ascii")
             scene = ballot.load_scene(path, cache=False, instances="keep")
             with self.assertRaisesRegex(ValueError, "instance 1: the transform moves the mesh"):
-                scene.update(0, points * np.float32(9e11))
-            scene.update_instances(np.stack([np.eye(3, 4) * 1e-12, np.eye(3, 4) * 2e-12]))
-            scene.update(0, points * np.float32(9e11))
+                ref.move(scene, 0, points * np.float32(9e11))
+            ref.place(scene, np.stack([np.eye(3, 4) * 1e-12, np.eye(3, 4) * 2e-12]))
+            ref.move(scene, 0, points * np.float32(9e11))
             again = pickle.loads(pickle.dumps(scene))
             np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
 
@@ -157,7 +157,7 @@ class Scenes(unittest.TestCase):
             ballot.Scene(meshes=[(points.reshape(-1, 3, 3), None)], normals=[points.reshape(-1, 3, 3)]),
         ):
             np.testing.assert_array_equal(scene.triangles().reshape(-1, 3), points)
-            scene.update(0, 2 * points.reshape(-1, 3, 3))
+            ref.move(scene, 0, 2 * points.reshape(-1, 3, 3))
             np.testing.assert_array_equal(scene.triangles().reshape(-1, 3), 2 * points)
         with self.assertRaisesRegex(ValueError, r"vertices: shape is \(8, 3, 3\)"):
             ballot.Scene(np.zeros((8, 3, 3)), ref.CUBE_TRIANGLES)
@@ -194,7 +194,7 @@ class Scenes(unittest.TestCase):
         vertices = ref.CUBE_VERTICES.copy()
         scene = ballot.Scene(meshes=[(vertices, ref.CUBE_TRIANGLES), ref.soup(5)])
         before = scene.triangles()
-        scene.update(0, vertices.astype(np.float64) * 2)
+        ref.move(scene, 0, vertices.astype(np.float64) * 2)
         self.assertEqual(scene.trace(UP)["t"].tolist(), [3])
         np.testing.assert_array_equal(scene.triangles()[12:], before[12:])
         vertices[3, 1] = np.nan
@@ -204,9 +204,9 @@ class Scenes(unittest.TestCase):
             (vertices[:, :2], r"\(n, 3\)|\(\.\.\., 3\)"),
         ):
             with self.assertRaisesRegex(ValueError, text):
-                scene.update(0, bad)
+                ref.move(scene, 0, bad)
         with self.assertRaisesRegex(ValueError, "mesh 2"):
-            scene.update(2, vertices)
+            ref.move(scene, 2, vertices)
         self.assertEqual(scene.trace(UP)["t"].tolist(), [3])
 
     def test_update_modes(self):
@@ -217,7 +217,7 @@ class Scenes(unittest.TestCase):
             with self.subTest(mode):
                 scene = ballot.Scene(soup, soup=True, updates=mode)
                 self.assertEqual((scene.info.decay, scene.info.refits), (1, 0))
-                scene.update(0, moved)
+                ref.move(scene, 0, moved)
                 np.testing.assert_array_equal(scene.trace(rays), expected)
                 info = scene.info
                 if refits is not None:
@@ -226,7 +226,7 @@ class Scenes(unittest.TestCase):
                 self.assertEqual(info.decay > 1.5, info.refits == 1)
                 flat = moved.copy()
                 flat[:3] = flat[0]  # a triangle loses its area
-                scene.update(0, flat)
+                ref.move(scene, 0, flat)
                 self.assertEqual((scene.info.refits, scene.info.degenerate), (0, 1))
                 again = pickle.loads(pickle.dumps(scene))
                 np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
@@ -245,11 +245,11 @@ class Scenes(unittest.TestCase):
             self.assertEqual(scene.trace([[0, 0, 2, 0, 0, -1]])["t"].tolist(), [2])
             again = pickle.loads(pickle.dumps(scene))
             self.assertEqual(again.info.triangles, 1)
-            scene.update(0, np.float32([[[-1, -1, 1], [1, -1, 1], [0, 1, 1]]]))
+            ref.move(scene, 0, np.float32([[[-1, -1, 1], [1, -1, 1], [0, 1, 1]]]))
             for moved in (scene, pickle.loads(pickle.dumps(scene))):
                 self.assertEqual(moved.trace([[0, 0, 2, 0, 0, -1]])["t"].tolist(), [1])
             with self.assertRaisesRegex(ValueError, "4 vertices"):
-                scene.update(0, np.zeros((4, 3), np.float32))
+                ref.move(scene, 0, np.zeros((4, 3), np.float32))
             with open(path, "w", encoding="ascii") as file:
                 file.write("v a b c\nf 1 2 3\n")
             with self.assertRaisesRegex(ballot.Error, "one.obj"):
@@ -268,13 +268,13 @@ class Scenes(unittest.TestCase):
             max_leaf=2,
             split_budget=0.0,
         )
-        scene.update(1, soup[0] + np.float32(0.125))
+        ref.move(scene, 1, soup[0] + np.float32(0.125))
         rays = ref.random_rays(200)
         again = pickle.loads(pickle.dumps(scene))
         self.assertEqual(again.meshes, scene.meshes)
         np.testing.assert_array_equal(again.triangles(), scene.triangles())
         np.testing.assert_array_equal(again.trace(rays), scene.trace(rays))
-        again.update(0, ref.CUBE_VERTICES)
+        ref.move(again, 0, ref.CUBE_VERTICES)
         self.assertEqual(len(pickle.loads(pickle.dumps(ballot.Scene(meshes=[]))).meshes), 0)
 
     def test_pickled_arrays_lie_at_any_address(self):

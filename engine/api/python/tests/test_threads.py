@@ -61,7 +61,7 @@ class Threads(unittest.TestCase):
         def work(number):
             vertices, triangles = meshes[number]
             scene = ballot.Scene(vertices + np.float32(0.5), triangles, device=device)
-            scene.update(0, vertices)
+            ref.move(scene, 0, vertices)
             np.testing.assert_array_equal(scene.trace(rays, method="while-while"), truth[number])
             job = scene.submit(rays, method="while-while")
             array = ballot.Array("rays", 256, device=device)
@@ -88,7 +88,7 @@ class Threads(unittest.TestCase):
 
         def work(number):
             if number == 0:
-                scene.update(0, vertices)
+                ref.move(scene, 0, vertices)
             elif number == 1:
                 scene.info, scene.meshes, scene.triangles()  # noqa: B018
             else:

@@ -1,0 +1,114 @@
+// Devices, arrays on them, and jobs. ballot.h includes it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "ballot_c.h"
+#include "ballot_detail.h"
+#include "ballot_types.h"
+
+namespace ballot {
+inline namespace v1 {
+
+/// Returns the Vulkan devices of this machine, usable or not. Throws Error(Device) if there is no driver.
+inline std::vector<DeviceInfo> devices() {
+  std::size_t count = 0;
+  check(ballot_devices(nullptr, 0, &count));
+  std::vector<BallotDeviceInfo> infos(count, BALLOT_INIT(BallotDeviceInfo));
+  check(ballot_devices(infos.data(), infos.size(), &count));
+  std::vector<DeviceInfo> list;
+  for (const BallotDeviceInfo& i : infos) list.push_back(detail::info_of(i));
+  return list;
+}
+
+/// A device that is open.
+class Device {
+ public:
+  /// `name`: an index, part of a name, "gpu" or "cpu"; empty: the best GPU, else a CPU device. `validate` turns on
+  /// Vulkan validation, for tests. Throws Error(Device), which says what each device lacks, if none is usable.
+  explicit Device(const std::string& name = {}, bool validate = false) {
+    auto options = BALLOT_INIT(BallotDeviceOptions);
+    options.name = name.c_str();
+    options.validate = validate;
+    BallotDevice* device = nullptr;
+    check(ballot_device_open(&options, &device));
+    handle_ = Owner(device);
+  }
+  DeviceInfo info() const {
+    auto info = BALLOT_INIT(BallotDeviceInfo);
+    check(ballot_device_info(handle_.get(), &info));
+    return detail::info_of(info);
+  }
+  BallotDevice* handle() const { return handle_.get(); }
+
+ private:
+  using Owner = detail::Handle<BallotDevice, ballot_device_close>;
+  Owner handle_;
+};
+
+/// A trace in the background. The destructor waits for it. Rays and results must stay where they are until then.
+class Job {
+ public:
+  explicit Job(BallotJob* job) : handle_(job) {}
+  /// Waits for the end. Throws the Error that the trace would have thrown.
+  Times wait() {
+    auto times = BALLOT_INIT(BallotTimes);
+    check(ballot_job_wait(handle_.get(), &times));
+    return detail::times_of(times);
+  }
+  /// Returns true if the trace has ended; wait() then returns at once.
+  bool poll() const { return ballot_job_poll(handle_.get()) != BALLOT_NOT_READY; }
+
+ private:
+  detail::Handle<BallotJob, ballot_job_destroy> handle_;
+};
+
+/// An array on a device: of Ray or Hit, of Point, or of what Scene::nearest() answers: NearestPoint, float (signed
+/// distances) or std::uint32_t (1 inside).
+template <class T>
+class Array {
+ public:
+  /// `exported`: CUDA and others can use the memory. Throws Error(Work) if the device has no room or cannot export.
+  Array(const Device& device, std::size_t count, bool exported = false) : count_(count) {
+    auto options = BALLOT_INIT(BallotBufferOptions);
+    options.exported = exported;
+    BallotBuffer* buffer = nullptr;
+    check(ballot_buffer_create(device.handle(), detail::RecordOf<T>::value, count, &options, &buffer));
+    handle_ = Owner(buffer);
+  }
+  std::size_t size() const { return count_; }
+  /// Copy records to and from the host, beginning with number `first`.
+  void write(std::span<const T> records, std::size_t first = 0) {
+    check(ballot_buffer_write(handle_.get(), first, records.data(), records.size()));
+  }
+  void read(std::span<T> records, std::size_t first = 0) const {
+    check(ballot_buffer_read(handle_.get(), first, records.data(), records.size()));
+  }
+  /// Returns the address in CUDA's primary context of the same GPU, valid as long as this array. Calls of Ballot wait
+  /// for the device before they return; wait for your own stream before a call that uses the array.
+  std::uint64_t cuda_address() const {
+    std::uint64_t address = 0;
+    int device = 0;
+    check(ballot_buffer_cuda(handle_.get(), &address, &device));
+    return address;
+  }
+  /// Returns a new file descriptor of the memory, which the caller owns, and its size in bytes.
+  std::pair<int, std::uint64_t> fd() const {
+    std::pair<int, std::uint64_t> result{-1, 0};
+    check(ballot_buffer_fd(handle_.get(), &result.first, &result.second));
+    return result;
+  }
+  BallotBuffer* handle() const { return handle_.get(); }
+
+ private:
+  using Owner = detail::Handle<BallotBuffer, ballot_buffer_destroy>;
+  std::size_t count_;
+  Owner handle_;
+};
+
+}  // namespace v1
+}  // namespace ballot

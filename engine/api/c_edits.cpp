@@ -1,0 +1,259 @@
+// Edits of a scene in the C interface: gathered, committed, dropped.
+#include <cstring>
+
+#include "engine/api/arrays.h"
+#include "engine/api/meshes.h"
+#include "engine/core/parallel.h"
+#include "engine/scene/instances.h"
+
+namespace ballot::api {
+namespace {
+
+/// Returns the edits of a scene, to which a call adds some. `needs_scene`: they look at the scene, which is brought up
+/// to date then.
+PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene = true) {
+  refuse_animated(scene, call);
+  const Scene& now = needs_scene ? scene.engine->scene() : scene.engine->scene_facts();
+  if (!scene.pending) scene.pending.emplace(now, scene.next);
+  return *scene.pending;
+}
+
+/// Returns what is known of a mesh, as the edits leave it.
+const MeshState& mesh_of(const SceneState& scene, std::uint32_t mesh) {
+  scene.pending->edits.mesh_index(mesh);
+  const auto found = scene.pending->meshes.find(mesh);
+  return found != scene.pending->meshes.end() ? found->second : scene.meshes.at(mesh);
+}
+
+/// Vertices that lie one behind the other, in the caller's memory or gathered there.
+struct DenseVertices {
+  explicit DenseVertices(const PendingEdits::Vertices& v) {
+    if (v.stride == sizeof(glm::vec3)) {
+      all = {reinterpret_cast<const glm::vec3*>(v.positions), v.count};
+      return;
+    }
+    gathered.resize(v.count);
+    const char* from = reinterpret_cast<const char*>(v.positions);
+    for_chunks(v.count, 1 << 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) std::memcpy(&gathered[i], from + i * v.stride, sizeof(glm::vec3));
+    });
+    all = gathered;
+  }
+  std::vector<glm::vec3> gathered;
+  std::span<const glm::vec3> all;
+};
+
+/// Takes vertices that move into edits that change the structure.
+void take_vertices(SceneState& scene, PendingEdits& edits) {
+  for (const auto& [number, v] : edits.vertices) {
+    check_vertices(v.positions, v.stride, v.count, fmt::format("mesh {}", number));
+    const auto fresh = edits.meshes.find(number);
+    const MeshState& mesh = fresh != edits.meshes.end() ? fresh->second : scene.meshes.at(number);
+    std::vector<Triangle> triangles(mesh.triangles);
+    gather(mesh, v.positions, v.stride, triangles.data());
+    edits.edits.move_mesh(number, std::move(triangles));
+  }
+}
+
+/// Gives meshes that move, and lie in one tree with others of several trees, their own.
+void separate_moved(const SceneState& scene, PendingEdits& edits) {
+  if (!scene.engine->forest()) return;
+  const TreeLayout layout = tree_layout(scene.engine->scene_facts());
+  for (const auto& [number, v] : edits.vertices)
+    if (const auto mesh = edits.edits.mesh_index(number); mesh && layout.shares(*mesh)) {
+      scene.engine->scene();
+      edits.edits.separate_mesh(number);
+    }
+}
+
+/// Commits edits that move meshes and instances.
+void commit_moves(SceneState& scene, PendingEdits& edits) {
+  const SceneInstances& all = scene.engine->scene_facts().instances;
+  std::vector<DenseVertices> dense;
+  std::vector<MovedVertices> moved;
+  dense.reserve(edits.vertices.size());
+  for (const auto& [number, v] : edits.vertices) {
+    const std::size_t mesh = *edits.edits.mesh_index(number);
+    moved.push_back({all.first[mesh], all.triangles_of(mesh), scene.meshes.at(number).indices,
+                     dense.emplace_back(v).all, mesh, number});
+  }
+  SceneChange change{.vertices = moved, .transforms = edits.edits.transforms()};
+  scene.engine->commit(change, scene.update);
+  for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
+}
+
+/// Commits edits that change the structure.
+void commit_structure(SceneState& scene, PendingEdits& edits) {
+  scene.engine->scene();
+  take_vertices(scene, edits);
+  SceneChange change{.structure = edits.edits.structure()};
+  check_triangle_count(change.structure->instances.first.back(), "commit");
+  scene.engine->commit(change, scene.update);
+  const Scene& now = scene.engine->scene_facts();
+  scene.places.emplace(now, scene.ids);
+  std::map<std::uint32_t, MeshState> meshes;
+  for (const MeshLabel& label : now.instances.mesh_labels) {
+    auto fresh = edits.meshes.extract(label.number);
+    meshes.insert(fresh ? std::move(fresh) : scene.meshes.extract(label.number));
+  }
+  scene.meshes = std::move(meshes);
+  for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
+}
+
+void commit(SceneState& scene) {
+  if (!scene.pending) return;
+  PendingEdits edits = std::move(*scene.pending);  // gone, whatever follows
+  scene.pending.reset();
+  separate_moved(scene, edits);
+  if (edits.edits.changes_structure())
+    commit_structure(scene, edits);
+  else
+    commit_moves(scene, edits);
+  scene.refits = scene.engine->last_update().refitted ? scene.refits + 1 : 0;
+}
+
+/// Throws Error(Arguments) unless there is an instance for each number, and each is named once.
+void check_numbers(const SceneEdits& edits, std::span<const std::uint32_t> instances) {
+  for (const std::uint32_t number : instances) edits.check_placement(number);
+  std::vector<std::uint32_t> sorted(instances.begin(), instances.end());
+  std::ranges::sort(sorted);
+  const auto twice = std::ranges::adjacent_find(sorted);
+  if (twice != sorted.end()) refuse(fmt::format("instance {}: it is named twice in one call; expected once", *twice));
+}
+
+BallotMesh mesh_given(const BallotMesh* mesh, const char* call) {
+  need(mesh, call, "mesh");
+  return read_struct(mesh, "BallotMesh");
+}
+
+}  // namespace
+}  // namespace ballot::api
+
+using namespace ballot::api;
+
+BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, uint32_t* number) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(number, "ballot_scene_add_mesh", "number");
+    const BallotMesh m = mesh_given(mesh, "ballot_scene_add_mesh");
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "adding a mesh");
+    GivenMesh given = read_mesh(m, "mesh");
+    *number = edits.edits.add_mesh(std::move(given.geometry), m.id);
+    edits.meshes.insert_or_assign(*number, std::move(given.state));
+  });
+}
+
+BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const BallotMesh* with) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    const BallotMesh m = mesh_given(with, "ballot_scene_replace_mesh");
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "replacing a mesh");
+    edits.edits.mesh_index(mesh);
+    GivenMesh given = read_mesh(m, fmt::format("mesh {}", mesh));
+    edits.edits.replace_mesh(mesh, std::move(given.geometry));
+    edits.meshes.insert_or_assign(mesh, std::move(given.state));
+    edits.vertices.erase(mesh);
+  });
+}
+
+BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t mesh) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "removing a mesh");
+    edits.edits.remove_mesh(mesh);
+    edits.meshes.erase(mesh);
+    edits.vertices.erase(mesh);
+  });
+}
+
+BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const float* positions, size_t count,
+                                       size_t stride) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    if (count) need(positions, "ballot_scene_set_vertices", "positions");
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "moving vertices", false);
+    const MeshState& m = mesh_of(*state, mesh);
+    if (count != m.vertices)
+      refuse(fmt::format("mesh {}: {} vertices, but the mesh was made with {}; replace the mesh by another", mesh,
+                         count, m.vertices));
+    const std::size_t bytes = vertex_stride(stride, count, fmt::format("mesh {}: stride", mesh));
+    edits.vertices.insert_or_assign(mesh, PendingEdits::Vertices{positions, bytes, count});
+  });
+}
+
+BallotStatus ballot_scene_add_instances(BallotScene* scene, const BallotInstances* instances, uint32_t* numbers) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(instances, "ballot_scene_add_instances", "instances");
+    const std::vector<ballot::Placement> given = read_instances(read_struct(instances, "BallotInstances"));
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "adding instances");
+    for (const ballot::Placement& p : given) edits.edits.mesh_index(p.mesh);
+    for (std::size_t i = 0; i < given.size(); ++i) {
+      const std::uint32_t number = edits.edits.add_placement(given[i].mesh, given[i].transform, given[i].mask);
+      if (numbers) numbers[i] = number;
+    }
+  });
+}
+
+BallotStatus ballot_scene_remove_instances(BallotScene* scene, const uint32_t* instances, size_t count) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    if (count) need(instances, "ballot_scene_remove_instances", "instances");
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "removing instances");
+    const std::span<const std::uint32_t> all(instances, count);
+    check_numbers(edits.edits, all);
+    for (const std::uint32_t number : all) edits.edits.remove_placement(number);
+  });
+}
+
+BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* instances, const float* transforms,
+                                         size_t count, size_t stride) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    if (count) need(transforms, "ballot_scene_set_transforms", "transforms");
+    const std::size_t bytes = stride_of(stride, sizeof(ballot::Transform), count, "transforms: stride");
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "moving instances", instances != nullptr);
+    const auto at = [&](std::size_t i) {
+      ballot::Transform t;
+      std::memcpy(&t, reinterpret_cast<const char*>(transforms) + i * bytes, sizeof t);
+      return t;
+    };
+    if (instances) {
+      const std::span<const std::uint32_t> all(instances, count);
+      check_numbers(edits.edits, all);
+      for (std::size_t i = 0; i < count; ++i) edits.edits.set_transform(all[i], at(i));
+      return;
+    }
+    std::span<const ballot::Transform> all{reinterpret_cast<const ballot::Transform*>(transforms), count};
+    std::vector<ballot::Transform> gathered(bytes == sizeof(ballot::Transform) ? 0 : count);
+    for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = at(i);
+    edits.edits.set_transforms(gathered.empty() ? all : gathered);
+    if (!gathered.empty()) edits.transforms = std::move(gathered);  // whose memory stays
+  });
+}
+
+BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instances, const uint32_t* masks,
+                                    size_t count) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    if (count) need(instances, "ballot_scene_set_masks", "instances");
+    if (count) need(masks, "ballot_scene_set_masks", "masks");
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "setting masks");
+    check_numbers(edits.edits, {instances, count});
+    for (std::size_t i = 0; i < count; ++i) edits.edits.set_mask(instances[i], masks[i]);
+  });
+}
+
+BallotStatus ballot_scene_commit(BallotScene* scene) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    const DeviceUse use(*state->device);
+    commit(*state);
+  });
+}
+
+BallotStatus ballot_scene_discard(BallotScene* scene) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    const DeviceUse use(*state->device);
+    state->pending.reset();
+  });
+}

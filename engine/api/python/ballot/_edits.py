@@ -1,0 +1,202 @@
+"""Edits of scenes: meshes and instances that come, go and move, all at once."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _arrays, _ballot, _mesh, _query, _scene_arguments
+from ._mesh import Mesh
+from ._scene_info import InstanceInfo, MeshInfo
+
+_MOST = 2**32 - 2
+
+
+class Edits:
+    """The part of a Scene that edits it.
+
+    Edits gather until commit() makes all of them true at once. Until then answers are those of the scene as it was.
+    Meshes and instances are named by their numbers, which stay; a number is given once. A call that raises adds nothing
+    to the edits. Scenes with animations refuse edits: set_time() moves them.
+    """
+
+    _handle: _ballot.Scene
+    _own: dict[int, Mesh | None]  # what meshes were made of, by number; None: a file
+    _moved: set[int]  # the meshes of a file that have moved
+    _next: list[int]  # the numbers of meshes and instances that come next
+    _edited: bool  # it may differ from what it was made of
+    _changed: dict[int, Mesh | None]  # what edits make of meshes; None: nothing
+    _held: dict[int | str, np.ndarray]  # what commit() reads
+    _boxes: dict[int, np.ndarray] | None  # middle and half the size of meshes, by number; None: not known yet
+    _places: np.ndarray | None  # number and mesh of each instance; None: not known yet
+
+    def _begin(self, own: dict[int, Mesh | None], instances: int) -> None:
+        """Takes what the scene was made of."""
+        self._own, self._moved, self._next, self._edited = own, set(), [len(own), instances], False
+        self._changed, self._held, self._boxes, self._places = {}, {}, None, None
+
+    @property
+    def meshes(self) -> list[MeshInfo]:
+        """The meshes, in the order of their numbers and of their triangles."""
+        return [MeshInfo(*mesh) for mesh in self._handle.meshes()]
+
+    @property
+    def instances(self) -> list[InstanceInfo]:
+        """The instances of the meshes, in the order of their numbers."""
+        return [InstanceInfo(*instance) for instance in self._handle.instances()]
+
+    def add_mesh(
+        self, vertices: Any, triangles: Any = None, *, soup: bool = False, id: int | None = None, normals: Any = None
+    ) -> int:
+        """Adds a mesh and returns its number. It has no instance yet: add_instances() places it.
+
+        Arguments as Scene; id None: the number
+        """
+        mesh = self._read(vertices, triangles, soup, 0xFFFFFFFF if id is None else id, normals, "mesh")
+        number = self._handle.add_mesh(tuple(mesh))
+        self._edited = True
+        self._next[0] = number + 1
+        self._change(number, mesh if id is not None else mesh._replace(id=number), triangles, normals)
+        return number
+
+    def replace_mesh(
+        self, mesh: int, vertices: Any, triangles: Any = None, *, soup: bool = False, normals: Any = None
+    ) -> None:
+        """Gives a mesh other triangles, any number of them. It keeps its instances, name and id."""
+        number = _query.integer(mesh, "mesh", 0, _MOST)
+        made = self._read(vertices, triangles, soup, 0, normals, f"mesh {number}")
+        self._handle.replace_mesh(number, tuple(made))
+        self._edited = True
+        before = self._changed.get(number) or self._own.get(number)
+        self._change(number, made._replace(id=before.id if before else 0), triangles, normals)
+        self._held.pop(number, None)
+
+    def remove_mesh(self, mesh: int) -> None:
+        """Removes a mesh and its instances."""
+        number = _query.integer(mesh, "mesh", 0, _MOST)
+        self._handle.remove_mesh(number)
+        self._edited = True
+        self._changed[number] = None
+        self._held.pop(number, None)
+
+    def set_vertices(self, mesh: int, vertices: Any) -> None:
+        """Moves the vertices of a mesh, in its own space.
+
+        mesh      its number
+        vertices  (n, 3) float32 or float64, as many as before; of a mesh from a file, or without triangles, its corners
+                  (m, 3, 3) or (3 m, 3). Contiguous float32 is read in place, by commit(): leave it as it is until then
+
+        The scene's `updates` says how the tree follows; one that a triangle gains or loses its area in is always built
+        anew. commit() raises ValueError if a coordinate is not finite.
+        """
+        number = _query.integer(mesh, "mesh", 0, _MOST)
+        known = self._changed.get(number) or self._own.get(number)
+        positions = _mesh.positions(vertices, f"mesh {number}: vertices", known is None or known.indices is None)
+        self._handle.set_vertices(number, positions)
+        self._edited = True
+        self._held[number] = positions
+
+    def add_instances(self, instances: Any, meshes: Any = None, masks: Any = None) -> np.ndarray:
+        """Adds instances of meshes and returns their numbers: (k,) uint32.
+
+        instances  (k, 3, 4) or (k, 4, 4) float32 or float64: a matrix for each, as in Scene
+        meshes     the number of one mesh, or (k,) integers; None: 0
+        masks      as in set_masks(); None: all bits
+        """
+        matrices = _arrays.as_numpy(instances, "instances")
+        if np.ndim(meshes) == 0 and meshes is not None:
+            meshes = np.full(len(matrices), _query.integer(meshes, "meshes", 0, _MOST), np.uint32)
+        given = _mesh.instances(matrices, meshes, masks, self._boxes_of)
+        numbers = self._handle.add_instances(given)
+        self._edited = True
+        self._next[1] = max([self._next[1], *(int(n) + 1 for n in numbers[-1:])])
+        return numbers
+
+    def remove_instances(self, instances: Any) -> None:
+        """Removes instances: one number, or (k,) integers."""
+        self._handle.remove_instances(_mesh.numbers(instances, "instances"))
+        self._edited = True
+
+    def set_transforms(self, transforms: Any, instances: Any = None) -> None:
+        """Moves instances.
+
+        transforms  (k, 3, 4) or (k, 4, 4) float32 or float64, a matrix for each; of one instance its matrix
+        instances   their numbers; None: all, in the order of their numbers
+
+        A mesh that lay in one tree with others gets its own. The trees of the meshes stay, the one over the instances
+        moves. commit() raises ValueError if a matrix is refused.
+        """
+        which = None if instances is None else _mesh.numbers(instances, "instances")
+        if np.ndim(instances) == 0 and instances is not None:
+            transforms = [transforms]
+        matrices = _mesh.transforms(transforms, lambda: self._boxes_of(self._meshes_of(which)))
+        if which is not None and len(which) != len(matrices):
+            raise ValueError(f"transforms: found {len(matrices)}; expected {len(which)}, one for each instance")
+        self._handle.set_transforms(matrices, which)
+        self._edited = True
+        if which is None:
+            self._held["transforms"] = matrices
+
+    def set_masks(self, instances: Any, masks: Any) -> None:
+        """Sets the masks of instances: whole numbers below 2^32 for as many numbers of instances.
+
+        An instance of mask 0 is met by nothing. Crossings leave out an instance whose mask shares no bit with the
+        ray's (ray_masks).
+        """
+        which = _mesh.numbers(instances, "instances")
+        self._handle.set_masks(which, _mesh.masks(masks, len(which)))
+        self._edited = True
+
+    def commit(self) -> None:
+        """Makes the edits true at once, or raises: then the scene is as it was. The edits are gone either way.
+
+        Trees of meshes that have not changed stay. Raises ValueError, which names mesh and vertex, or the instance, if
+        something cannot be; Error if the device fails. After Ctrl-C it may have happened.
+        """
+        changed, held = self._changed, self._held
+        self._changed, self._held = {}, {}
+        self._handle.commit(list(held.values()))
+        for number, mesh in changed.items():
+            self._moved.discard(number)
+            if mesh is None:
+                self._own.pop(number, None)
+            else:
+                self._own[number] = mesh
+        self._moved.update(n for n in held if isinstance(n, int) and self._own.get(n) is None)
+        self._boxes = self._places = None
+
+    def discard(self) -> None:
+        """Drops the edits."""
+        self._handle.discard()
+        self._changed, self._held = {}, {}
+
+    @staticmethod
+    def _read(vertices: Any, triangles: Any, soup: bool, mesh_id: Any, normals: Any, where: str) -> Mesh:
+        ((v, t),) = _scene_arguments.pairs(vertices, triangles, None)
+        return _mesh.make(v, t, mesh_id, normals, where, bool(soup))
+
+    def _change(self, number: int, mesh: Mesh, triangles: Any, normals: Any) -> None:
+        if self._boxes is not None:
+            self._boxes[number] = _mesh.box(mesh)
+        self._changed[number] = _mesh.kept(mesh, triangles, normals)
+
+    def _boxes_of(self, meshes: np.ndarray) -> np.ndarray | None:
+        """Returns the middle and half the size of the bounds of meshes, by their numbers: (k, 2, 3); None: there is no
+        such mesh."""
+        if self._boxes is None:
+            self._boxes = {m.mesh: _mesh.box_of(m.lo, m.hi) for m in self.meshes}
+        known, inverse = np.unique(meshes, return_inverse=True)
+        if not all(int(m) in self._boxes for m in known):
+            return None
+        return np.array([self._boxes[int(m)] for m in known]).reshape(-1, 2, 3)[inverse]
+
+    def _meshes_of(self, instances: np.ndarray | None) -> np.ndarray:
+        """Returns the numbers of the meshes of instances; those that an edit adds are left out."""
+        if self._places is None:
+            self._places = np.array([(i.instance, i.mesh) for i in self.instances], np.uint32).reshape(-1, 2)
+        if instances is None:
+            return self._places[:, 1]
+        at = np.minimum(np.searchsorted(self._places[:, 0], instances), max(len(self._places) - 1, 0))
+        known = self._places[at] if len(self._places) else np.zeros((0, 2), np.uint32)
+        return known[known[:, 0] == instances[: len(known)], 1]

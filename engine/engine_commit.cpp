@@ -1,0 +1,187 @@
+// Edits of a scene that are made true at once: an Engine with other meshes, other placements, or both moved.
+#include <algorithm>
+
+#include "engine/built_tree.h"
+#include "engine/core/parallel.h"
+#include "engine/core/stopwatch.h"
+#include "engine/scene/instances.h"
+
+namespace ballot {
+namespace {
+
+using From = std::vector<std::optional<std::uint32_t>>;
+
+/// Returns for each tree of a layout which tree of another one is the same: it holds the same meshes.
+From trees_from(const TreeLayout& before, const TreeLayout& now, const From& same_mesh) {
+  From from(now.first.size() - 1);
+  std::vector<std::size_t> held(before.first.size() - 1), holds(from.size()), same(from.size());
+  for (const std::uint32_t tree : before.tree_of) ++held[tree];
+  for (std::size_t m = 0; m < now.tree_of.size(); ++m) {
+    const std::uint32_t tree = now.tree_of[m];
+    if (holds[tree]++ == 0 && same_mesh[m]) from[tree] = before.tree_of[*same_mesh[m]];
+    // Meshes keep their order, so those of one tree that are there still follow one another there.
+    same[tree] += same_mesh[m] && from[tree] == before.tree_of[*same_mesh[m]];
+  }
+  for (std::size_t t = 0; t < from.size(); ++t)
+    if (from[t] && (same[t] != holds[t] || held[*from[t]] != holds[t])) from[t].reset();
+  return from;
+}
+
+/// Returns the triangles of a mesh whose vertices are given.
+std::vector<Triangle> expanded(const MovedVertices& mesh) {
+  std::vector<Triangle> all(mesh.triangles);
+  for_chunks(all.size(), 1 << 15, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t corner = 3 * t + k;
+        all[t][k] = mesh.positions[mesh.corners.empty() ? corner : mesh.corners[corner]];
+      }
+  });
+  return all;
+}
+
+/// Throws Error(Arguments), which names the vertex, if a coordinate is not finite or beyond 1e12.
+void check_vertices(std::span<const glm::vec3> vertices, const std::string& where) {
+  constexpr float kLargest = 1e12f;                                       // the limit of build_bvh()
+  const auto in_range = [](float x) { return std::abs(x) <= kLargest; };  // false for NaN
+  for_chunks(vertices.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (const glm::vec3& v = vertices[i]; !in_range(v.x) || !in_range(v.y) || !in_range(v.z))
+        fail(Failure::Arguments,
+             "{}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene", where, i, v.x,
+             v.y, v.z);
+  });
+}
+
+}  // namespace
+
+void Engine::commit(SceneChange& change, UpdateMode mode) {
+  const Timer timer;
+  if (change.structure) {
+    restructure(*change.structure);
+  } else if (!forest_) {
+    if (!change.vertices.empty()) move_flat(change.vertices, mode);
+  } else {
+    move_instanced(change, mode);
+  }
+  update_.seconds = timer.seconds();
+}
+
+/// Moves meshes of a flat scene.
+void Engine::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
+  if (meshes.size() == 1 && takes_vertices() && set_vertices(meshes[0], mode)) return;
+  for (const MovedVertices& m : meshes) check_vertices(m.positions, fmt::format("mesh {}", m.number));
+  std::vector<Triangle> moved = scene().triangles;
+  for (const MovedVertices& m : meshes) std::ranges::copy(expanded(m), moved.begin() + std::ptrdiff_t(m.first));
+  move(std::move(moved), mode);
+}
+
+/// Moves meshes and instances of a scene that has some. What was moved goes back if something cannot be.
+void Engine::move_instanced(const SceneChange& change, UpdateMode mode) {
+  for (const MovedVertices& m : change.vertices) check_vertices(m.positions, fmt::format("mesh {}", m.number));
+  std::vector<std::pair<std::size_t, std::vector<Triangle>>> before;
+  bool refitted = true;
+  try {
+    for (const MovedVertices& m : change.vertices) {
+      const std::span<const Triangle> old = std::span(scene_.triangles).subspan(m.first, m.triangles);
+      if (change.vertices.size() > 1 || !change.transforms.empty())
+        before.push_back({m.mesh, {old.begin(), old.end()}});
+      move_mesh(m.mesh, expanded(m), mode);
+      refitted &= update_.refitted;
+    }
+    if (!change.transforms.empty()) set_transforms(change.transforms);
+  } catch (...) {
+    for (auto& [mesh, triangles] : before) move_mesh(mesh, std::move(triangles), mode);
+    throw;
+  }
+  update_.refitted = refitted && !change.vertices.empty();
+}
+
+/// Gives the scene other meshes and placements. Trees of meshes that it has already stay.
+void Engine::restructure(SceneStructure& structure) {
+  late_.bring();
+  begin_update();
+  const TreeLayout before = tree_layout(scene_);
+  structure.exchange(scene_);
+  try {
+    complete_instances(scene_);
+    const From from = trees_from(before, tree_layout(scene_), structure.same_as);
+    if (scene_.instanced())
+      replant(from);
+    else if (forest_ || from.size() != 1 || !from[0])
+      plant_flat();
+  } catch (...) {
+    structure.exchange(scene_);
+    throw;
+  }
+  if (forest_)
+    late_.are_there([this] { bring_transforms(); });
+  else
+    scene_.bounds = bounds_of_vertices(scene_.triangles, scene_.name);
+  walked_s_ = tracer_->walked_s();
+  scene_.animation.reset();  // nothing moves by it: such scenes are not edited
+  posed_.reset();
+  poser_.reset();
+  indexed_.reset();
+  mesh_bounds_.clear();
+  make_renderers();
+}
+
+/// Has a forest of the scene take the place of the trees of before.
+void Engine::replant(const From& from) {
+  KnownTrees known(from.size());
+  const TreeLayout layout = tree_layout(scene_);
+  for (std::size_t t = 0; t < from.size(); ++t) {
+    if (!from[t]) continue;
+    const auto triangles = std::span(scene_.triangles).subspan(layout.first[t], layout.first[t + 1] - layout.first[t]);
+    known[t] = forest_ ? forest_->meshes()[*from[t]] : make_mesh_tree(triangles, Bvh(bvh()));
+  }
+  const Timer timer;
+  std::unique_ptr<Forest> forest = build_forest(*gpu_, scene_, build_, false, known, {});
+  std::vector<RefitPolicy> policies(from.size());
+  for (std::size_t t = 0; t < from.size(); ++t)
+    if (from[t])
+      policies[t] = policies_[*from[t]];
+    else
+      policies[t].built(timer.seconds(), forest->meshes()[t].bvh->stats.sah);
+  drop_renderers();
+  if (forest_) {
+    tracer_->take(*forest, from);
+  } else {
+    drop_queries();
+    tracer_ = std::make_unique<Tracer>(*gpu_, *forest);
+  }
+  forest_ = std::move(forest);
+  policies_ = std::move(policies);
+  bvh_ = forest_->summary();
+  features_ = features_with(forest_->facts());
+}
+
+/// Has one tree over the scene take the place of the trees of before.
+void Engine::plant_flat() {
+  const Timer timer;
+  SceneTree built = build_tree(*gpu_, scene_.triangles, build_, false, {});
+  gpu_->finish();
+  drop_renderers();
+  if (forest_) {
+    drop_queries();
+    tracer_.reset();
+    forest_.reset();
+    bvh_ = std::move(built.bvh);
+    features_ = features_with(facts_of(bvh_));
+    tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
+    tracer_->tree().set_late(&late_);
+  } else {
+    adopt(std::move(built));
+    features_ = features_with(facts_of(bvh_));
+  }
+  policies_.assign(1, {});
+  policies_[0].built(timer.seconds(), bvh_.stats.sah);
+}
+
+void Engine::drop_queries() {
+  points_.reset();
+  rays_.reset();
+}
+
+}  // namespace ballot
