@@ -8,6 +8,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -124,7 +125,7 @@ class Engine {
   Triangle triangle(std::uint32_t prim) const;
   /// Returns the tree. One that was built on the device is read back by the first call. Of a scene with instances only
   /// bounds and statistics are there: those of all meshes together.
-  const Bvh& bvh() { return tracer_->tree().whole_bvh(); }
+  const Bvh& bvh() { return forest_ ? forest_->summary() : tracer_->tree().whole_bvh(); }
   const BvhStats& bvh_stats() const { return bvh_.stats; }
   /// Returns the features that kernels are compiled for.
   const SceneFeatures& features() const { return features_; }
@@ -181,9 +182,9 @@ class Engine {
   /// Batches and films of before end all the same.
   void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
 
-  /// Returns true if set_vertices() can be called: the tree of a scene without instances and animation was built on a
-  /// device that can tell which triangles have an area.
-  bool takes_vertices() const;
+  /// Returns true if set_vertices() can be called for the mesh that begins with this triangle of a scene without
+  /// animation: its tree was built on a device that can tell which triangles have an area, and is there.
+  bool takes_vertices(std::size_t first) const;
   /// Moves the vertices of a mesh as move() moves triangles; the device makes its triangles of them, and the host's
   /// follow once they are asked for. Returns false, and leaves the scene as it was, if a coordinate is not finite or
   /// beyond +-1e12. Throws as move() does.
@@ -330,7 +331,7 @@ class Engine {
   void try_to_rebuild();
   void count_walks();
   void begin_update();
-  Bvh follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area);
+  MeshTree follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area);
   void move_tree(std::size_t tree, std::vector<Triangle> triangles, UpdateMode mode);
   void end_update(const Timer& timer);
   bool rebuild_meshes();
@@ -339,18 +340,26 @@ class Engine {
   void restructure(SceneStructure& structure);
   void replant(const std::vector<std::optional<std::uint32_t>>& from);
   void plant_flat();
+  MeshTree whole_tree(std::span<const Triangle> triangles);
   void drop_queries();
-  Bounds bounds_with(std::size_t first, const Bounds& bounds);
+  void watch_lateness();
+  std::size_t tree_with(std::size_t triangle) const;
+  std::size_t first_of(std::size_t tree) const;
+  MeshExtents extents_with(std::size_t tree, std::size_t first, const MeshExtents& moved);
+  void forget_extents(std::size_t tree);
   Pose pose(const AnimationClip& clip, double seconds);
   void set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool poses_there() const;
   void make_posed();
-  void follow_there(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode);
+  void follow_there(std::size_t tree, Buffer<Triangle>& triangles, const MeshExtents& extents, UpdateMode mode);
+  void take_there(std::size_t tree, const glm::vec3& largest_triangle, bool refitted);
+  void rebuild_there(std::size_t tree);
   void bring_back(const AnimationClip& clip, double seconds);
 
   Scene scene_;
   LateVertices late_;
+  std::vector<LateVertices> late_trees_;  // the triangles of each tree by themselves
   BuildSettings build_;
   bool use_cache_ = true;
   Timer opened_;
@@ -369,14 +378,15 @@ class Engine {
   std::unique_ptr<PointQueries> points_;  // made on first use
   std::unique_ptr<RayQueries> rays_;
   std::unique_ptr<Topology> topology_;
-  std::unique_ptr<DevicePoser> poser_;         // made on first use
-  Pose spare_pose_;                            // of the last set_time() on the host, whose memory serves again
-  std::unique_ptr<PosedTriangles> posed_;      // made on first use; null after triangles have moved otherwise
-  std::unique_ptr<IndexedTriangles> indexed_;  // the same of set_vertices()
-  std::vector<Bounds> mesh_bounds_;            // of each mesh of a flat scene, from the first set_vertices() on
-  std::unique_ptr<Engine> near_zero_;          // renders a scene far from the origin; made on first use
-  std::unique_ptr<LiveImage> live_;            // made on first use
-  std::unique_ptr<HitChecker> checker_;        // made on first use
+  std::unique_ptr<DevicePoser> poser_;               // made on first use
+  Pose spare_pose_;                                  // of the last set_time() on the host, whose memory serves again
+  std::unique_ptr<PosedTriangles> posed_;            // made on first use; null after triangles have moved otherwise
+  std::map<std::size_t, IndexedTriangles> indexed_;  // of trees; made by the first set_vertices()
+  // Of meshes that share a tree, from the first set_vertices() to one of them on.
+  std::map<std::size_t, MeshExtents> mesh_extents_;
+  std::unique_ptr<Engine> near_zero_;    // renders a scene far from the origin; made on first use
+  std::unique_ptr<LiveImage> live_;      // made on first use
+  std::unique_ptr<HitChecker> checker_;  // made on first use
 };
 
 /// Returns the commit that this library was built from, or "unknown".

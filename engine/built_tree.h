@@ -16,8 +16,8 @@ struct SceneTree {
 /// What is known of each mesh of a forest: its tree, but not where its triangles lie. None: nothing.
 using KnownTrees = std::vector<std::optional<MeshTree>>;
 
-/// Builds the trees of a scene with instances that are not known; those of large meshes are cached as build_tree()
-/// does. Throws as Forest and build_tree() do.
+/// Builds the trees of a scene with instances that are not known, as build_mesh() does. Throws as Forest and
+/// build_tree() do.
 std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
                                      const KnownTrees& known, const Progress& progress);
 
@@ -25,5 +25,10 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
 /// build_bvh() and DeviceBuild do.
 SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
                      const Progress& progress);
+
+/// Builds the tree of a mesh of a scene with instances, as build_tree() does; those of large meshes alone are cached, and
+/// stay on the device.
+MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
+                    const Progress& progress);
 
 }  // namespace ballot

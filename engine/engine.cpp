@@ -77,9 +77,16 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   policies_.resize(forest_ ? forest_->meshes().size() : 1);
   for (std::size_t i = 0; i < policies_.size(); ++i)
     policies_[i].built(times_.bvh_s, forest_ ? forest_->meshes()[i].bvh->stats.sah : bvh_.stats.sah);
-  if (!forest_) tracer_->tree().set_late(&late_);  // triangles of meshes with instances are never late
+  watch_lateness();
   if (options.use_cache) tracer_->tree().keep_in(cache_folder() / "bvh");
   make_renderers();
+}
+
+/// Has the trees ask before they read triangles on the host.
+void Engine::watch_lateness() {
+  late_trees_ = std::vector<LateVertices>(policies_.size());
+  for (std::size_t i = 0; i < late_trees_.size(); ++i)
+    tracer_->tree().set_late(i, forest_ ? &late_trees_[i] : &late_);  // normals of a flat scene are late with them
 }
 
 SceneFeatures Engine::features_with(const TreeFacts& tree) const {
@@ -150,6 +157,7 @@ RayQueries& Engine::rays() {
 }
 
 const Topology& Engine::topology() {
+  late_.bring();
   if (!topology_)
     topology_ = std::make_unique<Topology>(forest_ ? topology_of(*forest_) : topology_of(scene().triangles));
   return *topology_;

@@ -69,7 +69,7 @@ void Engine::commit(SceneChange& change, UpdateMode mode) {
 
 /// Moves meshes of a flat scene.
 void Engine::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
-  if (meshes.size() == 1 && takes_vertices() && set_vertices(meshes[0], mode)) return;
+  if (meshes.size() == 1 && takes_vertices(meshes[0].first) && set_vertices(meshes[0], mode)) return;
   for (const MovedVertices& m : meshes) check_vertices(m.positions, fmt::format("mesh {}", m.number));
   std::vector<Triangle> moved = scene().triangles;
   for (const MovedVertices& m : meshes) std::ranges::copy(expanded(m), moved.begin() + std::ptrdiff_t(m.first));
@@ -122,9 +122,18 @@ void Engine::restructure(SceneStructure& structure) {
   scene_.animation.reset();  // nothing moves by it: such scenes are not edited
   posed_.reset();
   poser_.reset();
-  indexed_.reset();
-  mesh_bounds_.clear();
+  indexed_.clear();
+  mesh_extents_.clear();
+  watch_lateness();
   make_renderers();
+}
+
+/// Returns the tree of a flat scene as that of a mesh with the same triangles.
+MeshTree Engine::whole_tree(std::span<const Triangle> triangles) {
+  const std::shared_ptr<DeviceBuild>& there = tracer_->tree().built();
+  MeshTree made = make_mesh_tree(triangles, there ? there->summary() : bvh_);
+  made.there = there;
+  return made;
 }
 
 /// Has a forest of the scene take the place of the trees of before.
@@ -134,7 +143,7 @@ void Engine::replant(const From& from) {
   for (std::size_t t = 0; t < from.size(); ++t) {
     if (!from[t]) continue;
     const auto triangles = std::span(scene_.triangles).subspan(layout.first[t], layout.first[t + 1] - layout.first[t]);
-    known[t] = forest_ ? forest_->meshes()[*from[t]] : make_mesh_tree(triangles, Bvh(bvh()));
+    known[t] = forest_ ? forest_->meshes()[*from[t]] : whole_tree(triangles);
   }
   const Timer timer;
   std::unique_ptr<Forest> forest = build_forest(*gpu_, scene_, build_, false, known, {});
@@ -170,7 +179,6 @@ void Engine::plant_flat() {
     bvh_ = std::move(built.bvh);
     features_ = features_with(facts_of(bvh_));
     tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
-    tracer_->tree().set_late(&late_);
   } else {
     adopt(std::move(built));
     features_ = features_with(facts_of(bvh_));

@@ -13,6 +13,8 @@ namespace ballot {
 namespace {
 
 constexpr std::size_t kCachedTriangles = 1 << 12;  // smaller trees are built faster than files are read
+// Smaller trees are read back: each that stays on the device takes a dozen buffers and kernels of its own.
+constexpr std::size_t kLeastThere = 1 << 16;
 
 /// Returns the meshes of a layout as they lie in the arrays of the scene.
 std::vector<std::span<const Triangle>> meshes_of(const Scene& scene, const TreeLayout& layout) {
@@ -49,13 +51,14 @@ std::vector<Transform> transforms_of_trees(const Scene& scene, std::span<const T
 
 }  // namespace
 
-/// Builds the tree of a mesh.
-Bvh build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
-               const Progress& progress) {
-  if (builder_of(settings.builder).on_device) return DeviceBuild(gpu, triangles, settings).bvh();
-  if (use_cache && triangles.size() >= kCachedTriangles)
-    return build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress);
-  return build_bvh(triangles, settings, progress);
+MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
+                    const Progress& progress) {
+  const bool caches = use_cache && triangles.size() >= kCachedTriangles;
+  SceneTree built = build_tree(gpu, triangles, settings, caches, progress);
+  if (built.there && triangles.size() < kLeastThere) built = {built.there->bvh()};
+  MeshTree made = make_mesh_tree(triangles, std::move(built.bvh));
+  made.there = std::move(built.there);
+  return made;
 }
 
 std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
@@ -68,9 +71,9 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
       if (progress) progress((double(done) + share * double(triangles.size())) / double(scene.triangles.size()));
     };
     if (const std::size_t m = meshes.size(); !known.empty() && known[m])
-      meshes.push_back({triangles, known[m]->bvh, known[m]->extents});
+      meshes.push_back({triangles, known[m]->bvh, known[m]->extents, known[m]->there});
     else
-      meshes.push_back(make_mesh_tree(triangles, build_mesh(gpu, triangles, settings, use_cache, part)));
+      meshes.push_back(build_mesh(gpu, triangles, settings, use_cache, part));
     done += triangles.size();
   }
   std::vector<std::uint32_t> names;
@@ -148,8 +151,9 @@ void Engine::move_instances(Pose pose, double pose_s) {
   update_.ready_s = update_.seconds - tree_s;
 }
 
-/// Returns the tree of a mesh of a forest for triangles that have moved, and tells the mesh's policy.
-Bvh Engine::follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area) {
+/// Returns the tree of a mesh of a forest for triangles that have moved, and tells the mesh's policy. It is refitted on
+/// the host.
+MeshTree Engine::follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area) {
   const Timer timer;
   RefitPolicy& policy = policies_[mesh];
   if (same_area && policy.wants_refit(mode)) {
@@ -157,10 +161,10 @@ Bvh Engine::follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, U
     refit_bvh(tree, triangles, build_);
     policy.refitted(timer.seconds(), tree.stats.sah);
     update_.refitted = mode != UpdateMode::Auto || !policy.regrets_refit();
-    if (update_.refitted) return tree;
+    if (update_.refitted) return make_mesh_tree(triangles, std::move(tree));
   }
-  Bvh tree = build_mesh(*gpu_, triangles, build_, false, {});
-  policy.built(timer.seconds(), tree.stats.sah);
+  MeshTree tree = build_mesh(*gpu_, triangles, build_, false, {});
+  policy.built(timer.seconds(), tree.bvh->stats.sah);
   return tree;
 }
 
@@ -176,30 +180,37 @@ void Engine::move_mesh(std::size_t mesh, std::vector<Triangle> triangles, Update
 /// Moves the triangles of a mesh of the forest.
 void Engine::move_tree(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode) {
   const Timer timer;
+  late_trees_[mesh].bring();
   const MeshTree& old = forest_->meshes()[mesh];
-  const std::ptrdiff_t first = old.triangles.data() - scene_.triangles.data();
+  const std::size_t first = first_of(mesh);
   const MovedTriangles moved = check_moved(old.triangles, old.bvh->stats.degenerate, triangles, scene_.name);
   begin_update();
   const RefitPolicy before = policies_[mesh];
   try {
-    Bvh tree = follow_mesh(mesh, triangles, mode, moved.same_area);
-    MeshTree made = make_mesh_tree(triangles, std::move(tree));
-    made.triangles = old.triangles;
-    tracer_->tree().change_mesh(mesh, std::move(made), update_.refitted);
+    if (old.there) {
+      Buffer<Triangle> there = DeviceBuilder::upload(*gpu_, triangles);
+      follow_there(mesh, there, {moved.bounds, extents_of({}, triangles).largest_triangle, false}, mode);
+    } else {
+      MeshTree made = follow_mesh(mesh, triangles, mode, moved.same_area);
+      made.triangles = old.triangles;
+      tracer_->tree().change_mesh(mesh, std::move(made), update_.refitted);
+    }
   } catch (...) {
     policies_[mesh] = before;
     throw;
   }
-  copy_parallel(std::span<const Triangle>(triangles),
-                std::span(scene_.triangles).subspan(std::size_t(first), triangles.size()));
+  copy_parallel(std::span<const Triangle>(triangles), std::span(scene_.triangles).subspan(first, triangles.size()));
+  forget_extents(mesh);
   end_update(timer);
 }
 
 /// Has the rest of the engine follow instances or meshes that have moved.
 void Engine::end_update(const Timer& timer) {
-  bvh_ = forest_->summary();
-  features_.tree = forest_->facts();
-  late_.are_there([this] { bring_transforms(); });
+  if (forest_) bvh_ = forest_->summary(), features_.tree = forest_->facts();
+  late_.are_there([this] {
+    for (const LateVertices& tree : late_trees_) tree.bring();
+    if (forest_) bring_transforms();
+  });
   const double tree_s = timer.seconds();
   make_renderers();
   update_.seconds = timer.seconds();
@@ -211,9 +222,13 @@ bool Engine::rebuild_meshes() {
   bool built = false;
   for (std::size_t i = 0; i < policies_.size(); ++i) {
     if (!policies_[i].overdue()) continue;
+    built = true;
+    if (tracer_->tree().built(i)) {
+      rebuild_there(i);
+      continue;
+    }
     const std::span<const Triangle> triangles = forest_->meshes()[i].triangles;
     move_tree(i, {triangles.begin(), triangles.end()}, UpdateMode::Rebuild);
-    built = true;
   }
   return built;
 }
@@ -244,7 +259,10 @@ void Engine::bring_transforms() {
 }
 
 Triangle Engine::triangle(std::uint32_t prim) const {
-  return forest_ ? forest_->triangle(forest_->place_of(prim)) : scene().triangles[prim];
+  if (!forest_) return scene().triangles[prim];
+  const Forest::Place place = forest_->place_of(prim);
+  late_trees_[forest_->mesh_of(place.instance)].bring();
+  return forest_->triangle(place);
 }
 
 std::uint64_t Engine::triangle_count() const { return ballot::triangle_count(scene_); }

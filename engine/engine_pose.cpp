@@ -6,8 +6,6 @@
 
 namespace ballot {
 
-namespace {}  // namespace
-
 void Engine::set_time(std::size_t clip, double seconds, UpdateMode mode) {
   const std::size_t clips = scene_.animation ? scene_.animation->clips.size() : 0;
   if (clip >= clips)
@@ -78,7 +76,7 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
   if (!bounds) return false;
   const double pose_s = timer.seconds();
   begin_update();
-  follow_there(posed_->triangles(), *bounds, mode);
+  follow_there(0, posed_->triangles(), {.bounds = *bounds}, mode);
   const double tree_s = timer.seconds() - pose_s;
   scene_.bounds = *bounds;
   scene_.lights = std::move(carried.lights);
@@ -98,37 +96,6 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
   update_.seconds = timer.seconds() - pose_s;
   update_.ready_s = update_.seconds - tree_s;
   return true;
-}
-
-/// Has the tree follow triangles on the device, which it takes in exchange for those of before. If it throws, the tree
-/// is that of before again.
-void Engine::follow_there(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode) {
-  Timer timer;
-  DeviceTree& tree = tracer_->tree();
-  const std::shared_ptr<DeviceBuild> built = tree.built();
-  built->swap_triangles(triangles);
-  try {
-    update_.refitted = policies_[0].wants_refit(mode) && tree.refit(bounds);
-    if (update_.refitted) {
-      policies_[0].refitted(timer.seconds(), built->summary().stats.sah);
-      update_.refitted = mode != UpdateMode::Auto || !policies_[0].regrets_refit();
-      timer = {};
-    }
-    if (!update_.refitted) built->rebuild();
-  } catch (const Error&) {
-    built->swap_triangles(triangles);
-    built->rebuild();
-    adopt({built->summary(), built});
-    throw;
-  }
-  if (!update_.refitted) {
-    policies_[0].built(timer.seconds(), built->summary().stats.sah);
-    adopt({built->summary(), built});
-    return;
-  }
-  bvh_ = built->summary();
-  features_.tree = facts_of(bvh_);
-  tracer_->moved(bvh_, scene_.triangles, features_.tree);
 }
 
 /// Brings the triangles and normals of a time to the host, where they have the bits that the device has.

@@ -57,7 +57,7 @@ std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode m
   const MovedTriangles moved = check_moved(scene_.triangles, bvh_.stats.degenerate, triangles, scene_.name);
   begin_update();
   posed_.reset();
-  mesh_bounds_.clear();
+  mesh_extents_.clear();
   if (policies_[0].wants_refit(mode) && moved.same_area && refit(triangles, moved.bounds)) {
     update_.refitted = true;
     scene_.triangles.swap(triangles);

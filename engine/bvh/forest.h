@@ -12,11 +12,15 @@
 
 namespace ballot {
 
-/// A mesh in its own space, and its tree. Copies share the tree.
+class DeviceBuild;
+
+/// A mesh in its own space, and its tree. Copies share the tree. If a device built it and keeps it `there`, `bvh` has no
+/// nodes: it is the summary.
 struct MeshTree {
   std::span<const Triangle> triangles;
   std::shared_ptr<const Bvh> bvh;
   MeshExtents extents;
+  std::shared_ptr<DeviceBuild> there = {};
 };
 MeshTree make_mesh_tree(std::span<const Triangle> triangles, Bvh bvh);
 

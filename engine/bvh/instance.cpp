@@ -28,11 +28,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <limits>
 
 #include "engine/bvh/build.h"
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 
@@ -181,14 +183,20 @@ Ray object_ray(const Ray& ray, const ObjectMap& map) {
 }
 
 MeshExtents extents_of(const Bvh& bvh, std::span<const Triangle> triangles) {
-  MeshExtents extents{bvh.bounds, glm::vec3(0), bvh.is_empty()};
-  for (const Triangle& t : triangles) {
-    const Bounds b = bounds_of(t);
-    for (int axis = 0; axis < 3; ++axis)
-      extents.largest_triangle[axis] =
-          std::max(extents.largest_triangle[axis],
-                   std::nextafter(b.hi[axis] - b.lo[axis], std::numeric_limits<float>::infinity()));
-  }
+  const auto larger = [](const glm::vec3& a, const glm::vec3& b) { return glm::max(a, b); };
+  const auto largest = [&](std::size_t begin, std::size_t end) {
+    glm::vec3 most(0);
+    for (const Triangle& t : triangles.subspan(begin, end - begin)) {
+      const Bounds b = bounds_of(t);
+      most = larger(most, b.hi - b.lo);
+    }
+    return most;
+  };
+  MeshExtents extents{bvh.bounds, joined_chunks(triangles.size(), 1 << 16, glm::vec3(0), largest, larger),
+                      bvh.is_empty()};
+  for (int axis = 0; axis < 3 && !triangles.empty(); ++axis)
+    extents.largest_triangle[axis] =
+        std::nextafter(extents.largest_triangle[axis], std::numeric_limits<float>::infinity());
   return extents;
 }
 

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <span>
 #include <type_traits>
+#include <vector>
 
 namespace ballot {
 
@@ -45,6 +46,16 @@ void for_chunks(std::size_t count, std::size_t chunk, const Work& work) {
   else
     run();
   if (failure) std::rethrow_exception(failure);
+}
+
+/// Returns what all chunks of [0, count) come to together: of(begin, end) of each, joined to `start` by join(a, b) in
+/// their order. Runs as for_chunks() does.
+template <class T, class Of, class Join>
+T joined_chunks(std::size_t count, std::size_t chunk, T start, const Of& of, const Join& join) {
+  std::vector<T> parts((count + chunk - 1) / chunk, start);
+  for_chunks(count, chunk, [&](std::size_t begin, std::size_t end) { parts[begin / chunk] = of(begin, end); });
+  for (const T& part : parts) start = join(start, part);
+  return start;
 }
 
 /// Copies an array, by several threads if it is large. The spans have equal sizes and do not overlap.

@@ -21,6 +21,7 @@ std::vector<Hit> hits_of(const std::vector<ExactCrossing>& crossings) {
 }  // namespace
 
 OracleScene oracle_scene(DeviceTree& tree) {
+  tree.bring_triangles();
   if (const Forest* forest = tree.forest()) return {*forest, tree.any_mesh_pairs()};
   return {tree.any_pairs(), tree.triangles()};
 }

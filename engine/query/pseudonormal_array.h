@@ -21,6 +21,7 @@ class PseudonormalArray {
   void update(Context& gpu, DeviceTree& tree) {
     if (device_ && generation_ == tree.generation()) return;
     device_.reset();
+    tree.bring_triangles();
     host_ = tree.forest() ? pseudonormals_of(moved_triangles(*tree.forest())) : pseudonormals_of(tree.triangles());
     device_.emplace(gpu, host_.size(), Access::Storage, "pseudonormals");
     device_->upload(host_);

@@ -32,13 +32,16 @@ constexpr Bounds kNothing{glm::vec3(std::numeric_limits<float>::infinity()),
                           glm::vec3(-std::numeric_limits<float>::infinity())};
 
 Bounds bounds_of_moved(std::span<const Triangle> triangles, const Transform& t) {
-  Bounds to = kNothing;
-  for (const Triangle& triangle : triangles)
-    for (const glm::vec3& vertex : triangle) {
-      const glm::vec3 v = moved_vertex(vertex, t);
-      to = united(to, {v, v});
-    }
-  return to;
+  const auto of = [&](std::size_t begin, std::size_t end) {
+    Bounds to = kNothing;
+    for (const Triangle& triangle : triangles.subspan(begin, end - begin))
+      for (const glm::vec3& vertex : triangle) {
+        const glm::vec3 v = moved_vertex(vertex, t);
+        to = united(to, {v, v});
+      }
+    return to;
+  };
+  return joined_chunks(triangles.size(), 1 << 15, kNothing, of, united);
 }
 
 }  // namespace

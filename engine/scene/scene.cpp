@@ -1,12 +1,14 @@
 #include "engine/scene/scene.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 
 #include "engine/core/error.h"
 #include "engine/core/exact_area.h"
+#include "engine/core/parallel.h"
 #include "engine/core/registry.h"
 #include "engine/scene/instances.h"
 #include "engine/scene/loaders.h"
@@ -74,15 +76,26 @@ View framing_view(const Bounds& bounds) {
 
 Bounds bounds_of_vertices(std::span<const Triangle> triangles, std::string_view scene) {
   if (triangles.empty()) return {};
-  Bounds bounds{triangles[0][0], triangles[0][0]};
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-    for (const glm::vec3& v : triangles[i]) {
+  std::atomic<bool> all_finite{true};
+  const auto of = [&](std::size_t begin, std::size_t end) {
+    Bounds to{triangles[begin][0], triangles[begin][0]};
+    for (const Triangle& triangle : triangles.subspan(begin, end - begin))
+      for (const glm::vec3& v : triangle) {
+        if (!finite(v)) all_finite = false;
+        to = {glm::min(to.lo, v), glm::max(to.hi, v)};
+      }
+    return to;
+  };
+  const auto united = [](const Bounds& a, const Bounds& b) {
+    return Bounds{glm::min(a.lo, b.lo), glm::max(a.hi, b.hi)};
+  };
+  const Bounds start{triangles[0][0], triangles[0][0]};
+  const Bounds bounds = joined_chunks(triangles.size(), 1 << 15, start, of, united);
+  for (std::size_t i = 0; i < triangles.size() && !all_finite; ++i)
+    for (const glm::vec3& v : triangles[i])
       if (!finite(v))
         fail(Failure::Arguments, "scene '{}': triangle {} has the vertex ({}, {}, {}); expected finite numbers", scene,
              i, v.x, v.y, v.z);
-      bounds.lo = glm::min(bounds.lo, v);
-      bounds.hi = glm::max(bounds.hi, v);
-    }
   return bounds;
 }
 

@@ -19,7 +19,7 @@ KernelArrays::KernelArrays(DeviceTree& tree, const TreeReads& r) {
   leaves = &tree.leaves(r.leaves, r.access.fetch, r.source);
   if (!tree.forest()) return;
   top = &tree.top(r.access.fetch);
-  meshes = &tree.mesh_table(r.format, r.access, r.leaves);
+  meshes = &tree.mesh_table(r.format, r.access, r.leaves, r.source);
 }
 
 void KernelArrays::bind(Kernel& kernel, Fetch fetch) const {

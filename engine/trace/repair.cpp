@@ -21,7 +21,7 @@ std::strong_ordering exact_order(const Ray& ray, const DeviceTree& tree, std::ui
     const Forest::Place at = forest->place_of(a), other = forest->place_of(b);
     if (at.instance != other.instance) return std::strong_ordering::equal;
     const Instance& instance = forest->instances()[at.instance];
-    const std::span<const Triangle> mesh = forest->meshes()[instance.mesh].triangles;
+    const std::span<const Triangle> mesh = tree.triangles(instance.mesh);
     const Ray moved = object_ray(ray, instance.map);
     return compare_t(ExactSight(moved, mesh[at.triangle]), ExactSight(moved, mesh[other.triangle]));
   }

@@ -37,7 +37,7 @@ DeviceTree::DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> t
 }
 
 DeviceTree::DeviceTree(Context& gpu, Forest& forest) : gpu_(gpu), forest_(&forest) {
-  for (const MeshTree& mesh : forest.meshes()) meshes_.emplace_back(gpu).replace(*mesh.bvh, mesh.triangles, {});
+  for (const MeshTree& mesh : forest.meshes()) meshes_.emplace_back(gpu).replace(*mesh.bvh, mesh.triangles, mesh.there);
   padded_reach_ = least_reach();
   facts_ = forest.facts();
   generation_ = next_revision();
@@ -71,30 +71,36 @@ bool DeviceTree::refit(std::span<const Triangle> triangles, const Bounds& bounds
   return refit(bounds);
 }
 
-bool DeviceTree::refit(const Bounds& bounds) {
-  MeshArrays& mesh = meshes_[0];
-  built()->begin_refit(bounds);
+bool DeviceTree::refit(const Bounds& bounds, std::size_t number) {
+  MeshArrays& mesh = meshes_[number];
+  mesh.built()->begin_refit(bounds);
   refitted_.clear();
   for (auto& [key, array] : arrays_) {  // frontiers come behind the pairs that they are written from
-    if (key.source == Source::Host || !array.is_current(0, mesh.revision())) continue;
+    if (key.source == Source::Host || !array.is_current(number, mesh.revision())) continue;
     if (format_of(key.id).collapsed()) continue;  // is written anew when a kernel asks for it
     JoinedArray& leaves = leaves_of({LeafFormat::Vertices, key.fetch, Source::Device});
     if (key.id == TreeFormatId::Pair)
-      mesh.write(key, array.part(0), leaves.part(0));
+      mesh.write(key, array.part(number), leaves.part(number));
     else
-      mesh.write_format(key, array_of({TreeFormatId::Pair, key.layout, key.padding, key.fetch, key.source}).part(0),
-                        array.part(0));
+      mesh.write_format(key,
+                        array_of({TreeFormatId::Pair, key.layout, key.padding, key.fetch, key.source}).part(number),
+                        array.part(number));
     refitted_.push_back(&array);
     refitted_.push_back(&leaves);
   }
-  return built()->end_refit();
+  return mesh.built()->end_refit();
+}
+
+/// Tells that what the last refit() has written is that of the mesh as it is now.
+void DeviceTree::set_refitted(std::size_t mesh) {
+  for (JoinedArray* array : refitted_) array->set_revision(mesh, meshes_[mesh].revision());
+  refitted_.clear();
 }
 
 void DeviceTree::moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {
   gpu_.finish();
   meshes_[0].moved(bvh, triangles);
-  for (JoinedArray* array : refitted_) array->set_revision(0, meshes_[0].revision());
-  refitted_.clear();
+  set_refitted(0);
   describe(facts);
 }
 
@@ -111,8 +117,9 @@ void DeviceTree::describe(const TreeFacts& facts) {
 /// Returns about the bytes of the largest array of nodes or leaves.
 std::uint64_t DeviceTree::largest_bytes() const {
   const BvhStats& s = bvh().stats;
-  const std::uint64_t leaves = s.leaves * LEAF_HEADER_TEXELS + s.references * TRIANGLE_TEXELS;
-  return std::max<std::uint64_t>(leaves, (s.nodes / 2 + 1) * PAIR_TEXELS(LAYOUT_PAPER)) * sizeof(glm::uvec4);
+  const std::uint64_t leaves =
+      std::uint64_t(s.leaves) * LEAF_HEADER_TEXELS + std::uint64_t(s.references) * TRIANGLE_TEXELS;
+  return std::max(leaves, (std::uint64_t(s.nodes) / 2 + 1) * PAIR_TEXELS(LAYOUT_PAPER)) * sizeof(glm::uvec4);
 }
 
 Fetch DeviceTree::fitting_fetch(Fetch wanted) const {
@@ -140,56 +147,69 @@ JoinedArray& DeviceTree::leaves_of(const LeavesKey& key) {
   return leaves_.try_emplace(key, gpu_, access_of(key.fetch, key.source), "bvh leaves").first->second;
 }
 
-/// Returns the meshes whose content there is of an earlier revision.
-std::vector<std::size_t> DeviceTree::stale_in(const JoinedArray& array) const {
-  std::vector<std::size_t> stale;
+Source DeviceTree::source_of(TreeFormatId id, LeafFormat leaves) const {
+  if (!format_of(id).on_device || leaves != LeafFormat::Vertices) return Source::Host;
+  return std::ranges::any_of(meshes_, [](const MeshArrays& mesh) { return bool(mesh.built()); }) ? Source::Device
+                                                                                                 : Source::Host;
+}
+
+bool DeviceTree::is_stale(const JoinedArray& array) const {
   for (std::size_t i = 0; i < meshes_.size(); ++i)
-    if (!array.is_current(i, meshes_[i].revision())) stale.push_back(i);
+    if (!array.is_current(i, meshes_[i].revision())) return true;
+  return false;
+}
+
+/// Makes room for what has changed in an array, and encodes what the host makes of it. texels_there(mesh) returns the
+/// size of what the device will write.
+template <class Key, class Size>
+std::vector<DeviceTree::Stale> DeviceTree::make_room(JoinedArray& array, const Key& key, const Size& texels_there) {
+  std::vector<Stale> stale;
+  std::vector<JoinedArray::Wanted> wanted;
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    if (array.is_current(i, meshes_[i].revision())) continue;
+    Stale& s = stale.emplace_back(i);
+    const bool there = meshes_[i].writes_there(key.source);
+    wanted.push_back({i, there ? texels_there(i) : s.encoded.emplace(meshes_[i].encode(key)).texels.size()});
+  }
+  if (!stale.empty() || meshes_.empty()) array.make_room(meshes_.size(), wanted);
   return stale;
 }
 
-/// Encodes and uploads what has changed.
-template <class Key>
-void DeviceTree::follow_host(JoinedArray& array, const Key& key) {
-  const std::vector<std::size_t> stale = stale_in(array);
-  if (stale.empty() && !meshes_.empty()) return;
-  std::vector<Encoded> encoded;
-  std::vector<JoinedArray::Wanted> wanted;
-  for (const std::size_t i : stale) wanted.push_back({i, encoded.emplace_back(meshes_[i].encode(key)).texels.size()});
-  array.make_room(meshes_.size(), wanted);
-  for (std::size_t k = 0; k < stale.size(); ++k) {
-    array.upload(stale[k], encoded[k].texels);
-    array.set_revision(stale[k], meshes_[stale[k]].revision());
+/// Uploads what has changed and is encoded, and has write_there(mesh) write the rest.
+template <class Write>
+void DeviceTree::follow(JoinedArray& array, const std::vector<Stale>& stale, const Write& write_there) {
+  for (const Stale& s : stale) {
+    if (s.encoded)
+      array.upload(s.mesh, s.encoded->texels);
+    else
+      write_there(s.mesh);
+    array.set_revision(s.mesh, meshes_[s.mesh].revision());
   }
 }
 
-/// Has the device write pairs that have changed, and their leaves with them: the same texels for all pairs.
+/// The device writes the leaves with the pairs: the same texels for all pairs.
 void DeviceTree::follow_pairs(JoinedArray& array, const NodesKey& key) {
-  JoinedArray& leaves = leaves_of({LeafFormat::Vertices, key.fetch, key.source});
-  const std::vector<std::size_t> stale = stale_in(array), old_leaves = stale_in(leaves);
-  std::vector<JoinedArray::Wanted> pairs, blocks;
-  for (const std::size_t i : stale) pairs.push_back({i, meshes_[i].pair_texels(key.layout)});
-  for (const std::size_t i : old_leaves) blocks.push_back({i, meshes_[i].leaf_texels()});
-  if (!pairs.empty()) array.make_room(meshes_.size(), pairs);
-  if (!blocks.empty()) leaves.make_room(meshes_.size(), blocks);
-  for (const std::size_t i : stale) {
-    meshes_[i].write(key, array.part(i), leaves.part(i));
-    array.set_revision(i, meshes_[i].revision());
-    leaves.set_revision(i, meshes_[i].revision());
-  }
+  const LeavesKey leaves_key{LeafFormat::Vertices, key.fetch, key.source};
+  JoinedArray& leaves = leaves_of(leaves_key);
+  const auto leaf_texels = [&](std::size_t i) { return meshes_[i].leaf_texels(); };
+  const std::vector<Stale> blocks = make_room(leaves, leaves_key, leaf_texels);
+  const std::vector<Stale> pairs =
+      make_room(array, key, [&](std::size_t i) { return meshes_[i].pair_texels(key.layout); });
+  const auto write = [&](std::size_t i) { meshes_[i].write(key, array.part(i), leaves.part(i)); };
+  follow(array, pairs, write);
+  follow(leaves, blocks, [&](std::size_t i) {
+    if (!std::ranges::binary_search(pairs, i, {}, &Stale::mesh)) write(i);
+  });
 }
 
-/// Has the device write a format from its pairs, which have been written.
+/// The device writes a format from its pairs.
 void DeviceTree::follow_format(JoinedArray& array, const NodesKey& key) {
-  const JoinedArray& pairs = array_of({TreeFormatId::Pair, key.layout, key.padding, key.fetch, key.source});
-  const std::vector<std::size_t> stale = stale_in(array);
-  std::vector<JoinedArray::Wanted> wanted;
-  for (const std::size_t i : stale) wanted.push_back({i, meshes_[i].texels(key, pairs.part(i))});
-  if (!wanted.empty()) array.make_room(meshes_.size(), wanted);
-  for (const std::size_t i : stale) {
-    meshes_[i].write_format(key, pairs.part(i), array.part(i));
-    array.set_revision(i, meshes_[i].revision());
-  }
+  const NodesKey pairs_key{TreeFormatId::Pair, key.layout, key.padding, key.fetch, key.source};
+  JoinedArray& pairs = array_of(pairs_key);
+  follow_pairs(pairs, pairs_key);
+  const std::vector<Stale> stale =
+      make_room(array, key, [&](std::size_t i) { return meshes_[i].texels(key, pairs.part(i)); });
+  follow(array, stale, [&](std::size_t i) { meshes_[i].write_format(key, pairs.part(i), array.part(i)); });
 }
 
 const DeviceTree::Texels& DeviceTree::nodes(const TreeAccess& a, Source source) {
@@ -199,14 +219,12 @@ const DeviceTree::Texels& DeviceTree::nodes(const TreeAccess& a, Source source) 
 const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& a, Source source) {
   const NodesKey key = nodes_key(id, a, source);
   JoinedArray& array = array_of(key);
-  if (source == Source::Host) {
-    follow_host(array, key);
-  } else if (id == TreeFormatId::Pair) {
+  if (source == Source::Host)
+    follow(array, make_room(array, key, [](std::size_t) { return 0; }), [](std::size_t) {});
+  else if (id == TreeFormatId::Pair)
     follow_pairs(array, key);
-  } else {
-    nodes({.layout = key.layout, .padding = key.padding, .fetch = key.fetch}, source);
+  else
     follow_format(array, key);
-  }
   return array.texels();
 }
 
@@ -221,21 +239,23 @@ const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch, Sou
   const LeavesKey key{format, fetch, source};
   JoinedArray& array = leaves_of(key);
   if (source == Source::Host)
-    follow_host(array, key);
-  else if (!array.is_current(0, meshes_[0].revision()))
+    follow(array, make_room(array, key, [](std::size_t) { return 0; }), [](std::size_t) {});
+  else if (is_stale(array))
     nodes({.fetch = fetch}, source);
   return array.texels();
 }
 
-std::vector<glm::uvec4> DeviceTree::table_texels(TreeFormatId id, const TreeAccess& a, LeafFormat leaf_format) {
+std::vector<glm::uvec4> DeviceTree::table_texels(const TableKey& key) {
+  const auto& [id, a, leaf_format, source] = key;
   // Of arrays that the kernel reads. There are none of the others.
-  const auto nodes = arrays_.find(nodes_key(TreeFormatId::Pair, a, Source::Host));
-  const auto format = arrays_.find(nodes_key(id, a, Source::Host));
-  const auto leaves = leaves_.find({leaf_format, a.fetch, Source::Host});
+  const auto nodes = arrays_.find(nodes_key(TreeFormatId::Pair, a, source));
+  const auto format = arrays_.find(nodes_key(id, a, source));
+  const auto leaves = leaves_.find({leaf_format, a.fetch, source});
   const auto first = [](const auto& found, const auto& all, std::size_t i, std::uint64_t revision) {
     return found != all.end() && found->second.is_current(i, revision) ? found->second.first(i) : 0u;
   };
   std::vector<glm::uvec4> texels;
+  texels.reserve(meshes_.size() * MESH_TEXELS);
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
     const Bounds& b = meshes_[i].bvh().bounds;
     const ShearScale shear = shear_scale(b);
@@ -249,11 +269,12 @@ std::vector<glm::uvec4> DeviceTree::table_texels(TreeFormatId id, const TreeAcce
   return texels;
 }
 
-const DeviceTree::Texels& DeviceTree::mesh_table(TreeFormatId id, const TreeAccess& a, LeafFormat leaf_format) {
-  const TableKey key{id, a, leaf_format};
+const DeviceTree::Texels& DeviceTree::mesh_table(TreeFormatId id, const TreeAccess& a, LeafFormat leaf_format,
+                                                 Source source) {
+  const TableKey key{id, a, leaf_format, source};
   auto table = tables_.find(key);
   if (table != tables_.end() && table->second.generation == generation_) return table->second.texels;
-  const std::vector<glm::uvec4> texels = table_texels(id, a, leaf_format);
+  const std::vector<glm::uvec4> texels = table_texels(key);
   if (table == tables_.end() || table->second.texels.size() != texels.size())
     table = tables_.insert_or_assign(key, Table{Texels(gpu_, texels.size(), access_for(a.fetch), "table of meshes"), 0})
                 .first;

@@ -68,20 +68,22 @@ class DeviceTree {
   /// those of all of them. Returns false if the tree has to be replaced instead (DeviceBuild::end_refit): the arrays
   /// are lost then. moved() must follow a success. Throws Error(Work) if the device fails.
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
-  /// The same for the triangles that the DeviceBuild has at hand.
-  bool refit(const Bounds& bounds);
+  /// The same for the triangles that the DeviceBuild of a mesh has at hand. Of a forest change_mesh() must follow.
+  bool refit(const Bounds& bounds, std::size_t mesh = 0);
   /// Begins a new generation for a tree of the same shape whose triangles have moved. Waits for the device. Arrays that
   /// refit() has moved stay; the others are written anew when a kernel asks for them. Keeps references as replace()
   /// does.
   void moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts);
   /// Returns true if triangles have moved since the tree was made, as they may do again.
   bool has_moved() const { return meshes_[0].has_moved(); }
-  /// Returns what holds the tree on the device if it was built there; null if it was not.
-  const std::shared_ptr<DeviceBuild>& built() const { return meshes_[0].built(); }
+  /// Returns what holds the tree of a mesh on the device if it was built there; null if it was not.
+  const std::shared_ptr<DeviceBuild>& built(std::size_t mesh = 0) const { return meshes_[mesh].built(); }
 
-  /// Has the tree ask `late` before it reads triangles on the host. Keeps the pointer.
-  void set_late(const LateVertices* late) {
-    for (MeshArrays& mesh : meshes_) mesh.set_late(late);
+  /// Has the tree ask `late` before it reads triangles of a mesh on the host. Keeps the pointer.
+  void set_late(std::size_t mesh, const LateVertices* late) { meshes_[mesh].set_late(late); }
+  /// Brings triangles that are late to the host.
+  void bring_triangles() const {
+    for (const MeshArrays& mesh : meshes_) mesh.triangles();
   }
 
   /// Keeps formats that take long to encode in a folder on disk until the tree changes (formats/encoded_cache.h).
@@ -96,9 +98,10 @@ class DeviceTree {
   std::uint64_t generation() const { return generation_; }
   /// Returns the tree, which has no nodes if it is the summary of one that was built on the device.
   const Bvh& bvh() const { return forest_ ? forest_->summary() : meshes_[0].bvh(); }
-  /// Return the tree with its nodes, and its triangles. Not for forests.
+  /// Returns the tree with its nodes. Not for forests.
   const Bvh& whole_bvh() { return meshes_[0].whole_bvh(); }
-  std::span<const Triangle> triangles() const { return meshes_[0].triangles(); }
+  /// Returns the triangles of a mesh.
+  std::span<const Triangle> triangles(std::size_t mesh = 0) const { return meshes_[mesh].triangles(); }
   /// Returns the facts that kernels are compiled for.
   const TreeFacts& facts() const { return facts_; }
 
@@ -133,10 +136,7 @@ class DeviceTree {
 
   /// Returns where the arrays are made of a kernel that reads this format and these leaves. Arrays of the device are
   /// its own pairs, what it makes of them, and vertices.
-  Source source_of(TreeFormatId id, LeafFormat leaves) const {
-    const bool there = !forest_ && built() && format_of(id).on_device && leaves == LeafFormat::Vertices;
-    return there ? Source::Device : Source::Host;
-  }
+  Source source_of(TreeFormatId id, LeafFormat leaves) const;
 
   /// Returns the node pairs that a kernel reads.
   const Texels& nodes(const TreeAccess& access, Source source = Source::Host);
@@ -152,10 +152,10 @@ class DeviceTree {
   const Texels& top(Fetch fetch);
   /// Returns the top-level tree as the device has it.
   TopTree top_tree();
-  const Texels& mesh_table(TreeFormatId id, const TreeAccess& access, LeafFormat leaves);
+  const Texels& mesh_table(TreeFormatId id, const TreeAccess& access, LeafFormat leaves, Source source = Source::Host);
 
  private:
-  using TableKey = std::tuple<TreeFormatId, TreeAccess, LeafFormat>;
+  using TableKey = std::tuple<TreeFormatId, TreeAccess, LeafFormat, Source>;
   struct Table {
     Texels texels;
     std::uint64_t generation;
@@ -168,12 +168,21 @@ class DeviceTree {
   float least_reach() const;
   JoinedArray& array_of(const NodesKey& key);
   JoinedArray& leaves_of(const LeavesKey& key);
-  std::vector<std::size_t> stale_in(const JoinedArray& array) const;
-  template <class Key>
-  void follow_host(JoinedArray& array, const Key& key);
+  /// A mesh whose content in an array is of an earlier revision, and what is to be uploaded; nothing if the device
+  /// writes it.
+  struct Stale {
+    std::size_t mesh;
+    std::optional<Encoded> encoded;
+  };
+  bool is_stale(const JoinedArray& array) const;
+  template <class Key, class Size>
+  std::vector<Stale> make_room(JoinedArray& array, const Key& key, const Size& texels_there);
+  template <class Write>
+  void follow(JoinedArray& array, const std::vector<Stale>& stale, const Write& write_there);
   void follow_pairs(JoinedArray& array, const NodesKey& key);
   void follow_format(JoinedArray& array, const NodesKey& key);
-  std::vector<glm::uvec4> table_texels(TreeFormatId id, const TreeAccess& access, LeafFormat leaves);
+  void set_refitted(std::size_t mesh);
+  std::vector<glm::uvec4> table_texels(const TableKey& key);
   void move_on_host(std::span<const Transform> transforms);
   void move_on_device(std::span<const Transform> transforms);
   Texels room_for_top(Fetch fetch, std::size_t texels);

@@ -1,6 +1,8 @@
 #include "engine/tree/indexed_triangles.h"
 
 #include <bit>
+#include <cmath>
+#include <limits>
 
 #include "engine/tree/device_poser.h"
 
@@ -20,7 +22,7 @@ KernelSource indexed_source(bool indices) {
 
 }  // namespace
 
-PoseState empty_pose_state() { return {{~0u, ~0u, ~0u}, {0, 0, 0}, 0}; }
+PoseState empty_pose_state() { return {{~0u, ~0u, ~0u}, {0, 0, 0}, 0, {0, 0, 0}}; }
 
 std::optional<Bounds> bounds_of(const PoseState& state) {
   if (state.bad) return {};
@@ -48,7 +50,7 @@ IndexedTriangles::Mesh& IndexedTriangles::mesh_of(const MovedVertices& mesh) {
   return meshes_.emplace(mesh.first, std::move(made)).first->second;
 }
 
-std::optional<Bounds> IndexedTriangles::write(const MovedVertices& mesh, const Buffer<Triangle>& now) {
+std::optional<MeshExtents> IndexedTriangles::write(const MovedVertices& mesh, const Buffer<Triangle>& now) {
   const PassScope scope(gpu_);
   Mesh& kept = mesh_of(mesh);
   kept.positions.upload(mesh.positions);
@@ -66,7 +68,13 @@ std::optional<Bounds> IndexedTriangles::write(const MovedVertices& mesh, const B
            IndexedPush{std::uint32_t(mesh.triangles), std::uint32_t(mesh.positions.size()), std::uint32_t(mesh.first)});
   PoseState state;
   state_.download(std::span(&state, 1));
-  return bounds_of(state);
+  const std::optional<Bounds> bounds = bounds_of(state);
+  if (!bounds) return {};
+  MeshExtents extents{*bounds, glm::vec3(0), mesh.triangles == 0};
+  for (int axis = 0; axis < 3 && !extents.empty; ++axis)  // the device's difference is off by less than one step
+    extents.largest_triangle[axis] =
+        std::nextafter(std::bit_cast<float>(state.largest[axis]), std::numeric_limits<float>::infinity());
+  return extents;
 }
 
 }  // namespace ballot

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "engine/scene/scene.h"
+#include "engine/bvh/instance.h"
 #include "engine/vk/kernel.h"
 #include "shaders/shared/pose.h"
 
@@ -13,7 +13,7 @@ namespace ballot {
 
 /// A mesh whose vertices have moved.
 struct MovedVertices {
-  std::size_t first = 0, triangles = 0;  // its triangles in the scene
+  std::size_t first = 0, triangles = 0;  // its triangles in the scene, or in those of one tree
   /// Three vertices for each triangle, the same numbers at every call; none: vertices 0 1 2, 3 4 5, ...
   std::span<const std::uint32_t> corners;
   std::span<const glm::vec3> positions;
@@ -21,17 +21,18 @@ struct MovedVertices {
   std::uint32_t number = 0;  // by which its caller names it
 };
 
-/// Writes the triangles of a scene, as a tree build or a refit has them (DeviceBuild), from vertices. Takes 36 bytes a
-/// triangle of the scene; of each mesh that has moved 12 a triangle with indices and 12 a vertex. Belongs to the thread
+/// Writes the triangles of a tree, as a build or a refit has them (DeviceBuild), from vertices. Takes 36 bytes a
+/// triangle of the tree; of each mesh that has moved 12 a triangle with indices and 12 a vertex. Belongs to the thread
 /// of its Context.
 class IndexedTriangles {
  public:
-  /// `triangles`: of the scene. Throws Error(Work) if the device has no room.
+  /// `triangles`: of the tree. Throws Error(Work) if the device has no room.
   IndexedTriangles(Context& gpu, std::size_t triangles);
 
-  /// Writes into triangles() those of a mesh, and of all others what `now` has, and waits. Returns the bounds of the
-  /// mesh; nothing if a coordinate is not finite or beyond +-1e12. Throws Error(Work) if the device fails.
-  std::optional<Bounds> write(const MovedVertices& mesh, const Buffer<Triangle>& now);
+  /// Writes into triangles() those of a mesh, and of all others what `now` has, and waits. Returns the extents
+  /// of the mesh, all of whose vertices count; nothing if a coordinate is not finite or beyond +-1e12. Throws
+  /// Error(Work) if the device fails.
+  std::optional<MeshExtents> write(const MovedVertices& mesh, const Buffer<Triangle>& now);
 
   /// Returns the buffer that write() writes. It may be swapped for another one with triangles of another time.
   Buffer<Triangle>& triangles() { return triangles_; }

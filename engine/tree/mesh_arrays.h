@@ -16,7 +16,8 @@
 
 namespace ballot {
 
-/// The place where an array was made. Kernels do not mix arrays of the two: their leaves differ in order.
+/// The place where arrays are made. Device: what a mesh has there (MeshArrays::built()) is written there; the arrays of
+/// other meshes are made on the host all the same. Kernels do not mix arrays of the two: their leaves differ in order.
 enum class Source { Host, Device };
 
 /// An array of nodes of a format.
@@ -76,6 +77,8 @@ class MeshArrays {
     return triangles_;
   }
   const std::shared_ptr<DeviceBuild>& built() const { return built_; }
+  /// Returns true if the device writes the arrays of this source.
+  bool writes_there(Source source) const { return source == Source::Device && built_; }
 
   /// Returns the pair tree on the host, as it is uploaded.
   const PairTree& pairs(NodeLayout layout, Padding padding);
@@ -86,12 +89,12 @@ class MeshArrays {
 
   /// Begins to encode a format on another thread if that takes long. encode() waits for it.
   void prepare(const NodesKey& key);
-  /// Returns the texels of arrays of Source::Host. They are valid until the tree changes.
+  /// Returns the texels of arrays that the host makes. They are valid until the tree changes.
   Encoded encode(const NodesKey& key);
   Encoded encode(const LeavesKey& key);
 
-  /// Return the number of texels of arrays of Source::Device. `pairs` are those of the same layout and padding, which
-  /// write() has written.
+  /// Return the number of texels of arrays that the device writes. `pairs` are those of the same layout and padding,
+  /// which write() has written.
   std::size_t texels(const NodesKey& key, const BufferPart& pairs);
   std::size_t pair_texels(NodeLayout layout) const;
   std::size_t leaf_texels() const { return built_->built().leaf_texels; }

@@ -52,10 +52,14 @@ void DeviceTree::change_mesh(std::size_t mesh, MeshTree with, bool same_shape) {
     throw;
   }
   const MeshTree& now = forest_->meshes()[mesh];
-  if (same_shape)
+  if (same_shape && now.there == built(mesh))
     meshes_[mesh].moved(*now.bvh, now.triangles);
   else
-    meshes_[mesh].replace(*now.bvh, now.triangles, {});
+    meshes_[mesh].replace(*now.bvh, now.triangles, now.there);
+  if (same_shape)
+    set_refitted(mesh);
+  else
+    refitted_.clear();
   padded_reach_ = least_reach();
 }
 
@@ -68,8 +72,9 @@ void DeviceTree::take(Forest& forest, std::span<const std::optional<std::uint32_
     if (from[i])
       meshes.back().refer(*mesh.bvh, mesh.triangles);
     else
-      meshes.back().replace(*mesh.bvh, mesh.triangles, {});
+      meshes.back().replace(*mesh.bvh, mesh.triangles, mesh.there);
   }
+  refitted_.clear();
   meshes_ = std::move(meshes);
   for (auto& [key, array] : arrays_) array.renumber(from);
   for (auto& [key, array] : leaves_) array.renumber(from);

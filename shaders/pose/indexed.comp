@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Writes the triangles of a mesh whose vertices have moved, one invocation each, and finds their bounds. Checks all
-// vertices, those of no triangle too.
+// Writes the triangles of a mesh whose vertices have moved, one invocation each, and finds their bounds and the largest
+// extents of one. Checks all vertices, those of no triangle too.
 // BALLOT_INDICES: three vertices for each triangle; else vertices 0 1 2, 3 4 5, ...
 #include "../shared/pose.h"
 
@@ -15,11 +15,17 @@ layout(set = 0, binding = BIND_POSE_CORNERS, scalar) readonly buffer Corners { u
 layout(set = 0, binding = BIND_POSE_POSITIONS, scalar) readonly buffer Positions { vec3 positions[]; };
 layout(set = 0, binding = BIND_POSE_TRIANGLES, scalar) writeonly buffer Triangles { vec3 triangles[]; };
 
+shared uint group_largest[3];
+
 void main() {
+  if (gl_LocalInvocationIndex < 3u) group_largest[gl_LocalInvocationIndex] = 0u;
   begin_bounds();
+  vec3 largest = vec3(0.0);
   for (uint i = gl_GlobalInvocationID.x; i < push.vertices; i += gl_NumWorkGroups.x * POSE_GROUP)
     check_range(positions[i]);
   for (uint i = gl_GlobalInvocationID.x; i < push.items; i += gl_NumWorkGroups.x * POSE_GROUP)
+  {
+    vec3 lo, hi;
     for (uint k = 0u; k < 3u; ++k) {
 #if BALLOT_INDICES
       vec3 v = positions[corners[3u * i + k]];
@@ -28,6 +34,13 @@ void main() {
 #endif
       triangles[3u * (push.first_triangle + i) + k] = v;
       add_to_bounds(v);
+      lo = k == 0u ? v : min(lo, v);
+      hi = k == 0u ? v : max(hi, v);
     }
+    largest = max(largest, hi - lo);
+  }
+  for (uint k = 0u; k < 3u; ++k) atomicMax(group_largest[k], floatBitsToUint(largest[k]));
   end_bounds();
+  if (gl_LocalInvocationIndex < 3u)
+    atomicMax(state.largest[gl_LocalInvocationIndex], group_largest[gl_LocalInvocationIndex]);
 }

@@ -66,11 +66,12 @@ struct PartPlace {
 };
 
 // The bounds of the triangles that have moved, as ordered() of lib/build/order.glsl, and whether a coordinate leaves
-// the range of scenes.
+// the range of scenes. The largest extent of a triangle along each axis: of pose/indexed.comp.
 struct PoseState {
   uint lo[3];
   uint hi[3];
   uint bad;
+  uint largest[3];  // bits of float32
 };
 
 struct MovePush {
@@ -81,7 +82,7 @@ struct MovePush {
 struct IndexedPush {
   uint items;     // triangles
   uint vertices;
-  uint first_triangle;  // of the scene
+  uint first_triangle;  // of the tree
 };
 
 #ifdef __cplusplus
