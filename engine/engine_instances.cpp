@@ -169,12 +169,14 @@ MeshTree Engine::follow_mesh(std::size_t mesh, std::span<const Triangle> triangl
 }
 
 void Engine::move_mesh(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode) {
-  const TreeLayout layout = tree_layout(scene_);
-  if (layout.shares(mesh))
+  const std::size_t count = scene_.instances.triangles_of(mesh);
+  if (count == 0) return;
+  const std::size_t tree = tree_with(scene_.instances.first[mesh]);
+  if (forest_->meshes()[tree].triangles.size() != count)
     fail(Failure::Arguments,
          "mesh {} ('{}') lies in one tree with others; load the file with instances 'copy' to move its vertices", mesh,
          scene_.instances.mesh_name(mesh));
-  move_tree(layout.tree_of[mesh], std::move(triangles), mode);
+  move_tree(tree, std::move(triangles), mode);
 }
 
 /// Moves the triangles of a mesh of the forest.

@@ -17,6 +17,36 @@ std::uint64_t next_exchange() {
   return ++last;
 }
 
+/// Counts the tree of a mesh among those of a forest, or no longer.
+void add(BvhStats& sum, const BvhStats& mesh) {
+  sum.triangles += mesh.triangles;
+  sum.degenerate += mesh.degenerate;
+  sum.references += mesh.references;
+  sum.nodes += mesh.nodes;
+  sum.leaves += mesh.leaves;
+  sum.bytes += mesh.bytes;
+  sum.build_s += mesh.build_s;
+  sum.depth = std::max(sum.depth, mesh.depth);
+  sum.largest_leaf = std::max(sum.largest_leaf, mesh.largest_leaf);
+  sum.builder = mesh.builder;
+}
+
+void take_away(BvhStats& sum, const BvhStats& mesh) {
+  sum.triangles -= mesh.triangles;
+  sum.degenerate -= mesh.degenerate;
+  sum.references -= mesh.references;
+  sum.nodes -= mesh.nodes;
+  sum.leaves -= mesh.leaves;
+  sum.bytes -= mesh.bytes;
+  sum.build_s -= mesh.build_s;
+}
+
+void add(TreeFacts& all, const TreeFacts& own) {
+  all.depth = std::max(all.depth, own.depth);
+  all.largest_leaf = std::max(all.largest_leaf, own.largest_leaf);
+  all.far |= own.far;
+}
+
 }  // namespace
 
 MeshTree make_mesh_tree(std::span<const Triangle> triangles, Bvh bvh) {
@@ -47,6 +77,7 @@ void Forest::place(std::span<const Placement> placements) {
     transforms_.push_back(placements[i].transform);
   }
   number();
+  count();
   std::vector<Instance> made = placed(transforms_);
   TopTree top = build_top(made, meshes_);
   set(std::move(made), std::move(top));
@@ -78,7 +109,31 @@ void Forest::check_count(std::span<const Transform> transforms) const {
 MeshTree Forest::exchange(std::size_t mesh, MeshTree with) {
   exchanges_ = next_exchange();
   reshaped_ |= with.extents.empty != meshes_[mesh].extents.empty;
-  return std::exchange(meshes_[mesh], std::move(with));
+  MeshTree old = std::exchange(meshes_[mesh], std::move(with));
+  const Bvh& now = *meshes_[mesh].bvh;
+  const TreeFacts before = facts_of(*old.bvh), after = facts_of(now);
+  if (after.depth >= before.depth && after.largest_leaf >= before.largest_leaf && after.far >= before.far) {
+    take_away(sum_, old.bvh->stats);
+    add(sum_, now.stats);
+    add(tree_facts_, after);
+    sahs_[mesh] = now.stats.sah;
+  } else {  // the mesh may have been the one that had the most
+    count();
+  }
+  changed_.push_back(mesh);
+  return old;
+}
+
+/// Sums up the trees of all meshes.
+void Forest::count() {
+  sum_ = {};
+  tree_facts_ = {};
+  sahs_.clear();
+  for (const MeshTree& mesh : meshes_) {
+    add(sum_, mesh.bvh->stats);
+    add(tree_facts_, facts_of(*mesh.bvh));
+    sahs_.push_back(mesh.bvh->stats.sah);
+  }
 }
 
 void Forest::move(std::span<const Transform> transforms) {
@@ -101,10 +156,16 @@ void Forest::move(std::span<const Transform> transforms) {
   transforms_ = std::move(kept);
 }
 
+/// Returns the instances where transforms put them. Where these are the forest's own, only those of meshes that have
+/// changed are placed.
 std::vector<Instance> Forest::placed(std::span<const Transform> transforms) const {
-  std::vector<Instance> made(mesh_of_.size());
+  constexpr std::size_t kFewMeshes = 8;
+  const bool few = transforms.data() == transforms_.data() && !late_ && instances_.size() == mesh_of_.size() &&
+                   changed_.size() < kFewMeshes;
+  std::vector<Instance> made = few ? instances_ : std::vector<Instance>(mesh_of_.size());
   for_chunks(made.size(), 1 << 10, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
+      if (few && std::ranges::count(changed_, mesh_of_[i]) == 0) continue;
       made[i] = place_instance(meshes_[mesh_of_[i]].extents, transforms[i], name_of(i));
       made[i].mesh = mesh_of_[i];
       made[i].first = first_of_[i];
@@ -118,6 +179,7 @@ void Forest::set(std::vector<Instance> instances, TopTree top) {
   top_ = std::move(top);
   facts_ = top_;
   late_ = false;
+  changed_.clear();
   summarize();
 }
 
@@ -125,6 +187,7 @@ void Forest::moved_elsewhere(std::span<const Transform> transforms, const TopFac
   if (transforms.data() != transforms_.data()) copy_parallel(transforms, std::span(transforms_));
   facts_ = top;
   late_ = true;
+  changed_.clear();
   reshaped_ = false;
   summarize();
 }
@@ -140,32 +203,13 @@ void Forest::bring() const {
 }
 
 void Forest::summarize() {
-  summary_ = {};
   summary_.bounds = facts_.bounds;
-  BvhStats& s = summary_.stats;
-  for (const MeshTree& mesh : meshes_) {
-    s.triangles += mesh.bvh->stats.triangles;
-    s.degenerate += mesh.bvh->stats.degenerate;
-    s.references += mesh.bvh->stats.references;
-    s.nodes += mesh.bvh->stats.nodes;
-    s.leaves += mesh.bvh->stats.leaves;
-    s.bytes += mesh.bvh->stats.bytes;
-    s.build_s += mesh.bvh->stats.build_s;
-    s.depth = std::max(s.depth, mesh.bvh->stats.depth);
-    s.largest_leaf = std::max(s.largest_leaf, mesh.bvh->stats.largest_leaf);
-    s.builder = mesh.bvh->stats.builder;
-  }
-  s.build_s += facts_.build_s;
+  summary_.stats = sum_;
+  summary_.stats.build_s += facts_.build_s;
 }
 
 TreeFacts Forest::facts() const {
-  TreeFacts facts;
-  for (const MeshTree& mesh : meshes_) {
-    const TreeFacts own = facts_of(*mesh.bvh);
-    facts.depth = std::max(facts.depth, own.depth);
-    facts.largest_leaf = std::max(facts.largest_leaf, own.largest_leaf);
-    facts.far |= own.far;
-  }
+  TreeFacts facts = tree_facts_;
   facts.top_depth = std::max(facts_.depth, 1u);
   return facts;
 }
@@ -176,11 +220,11 @@ std::vector<double> Forest::walk_shares() const {
   for (std::size_t i = 0; i < mesh_of_.size(); ++i) {
     const MeshTree& mesh = meshes_[mesh_of_[i]];
     if (mesh.extents.empty) continue;
-    const glm::vec3 size = mesh.bvh->bounds.hi - mesh.bvh->bounds.lo;
+    const glm::vec3 size = mesh.extents.bounds.hi - mesh.extents.bounds.lo;
     glm::vec3 moved(0);
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) moved[r] += std::abs(transforms_[i].m[r][c]) * size[c];
-    const double share = half_area(glm::vec3(0), moved) * mesh.bvh->stats.sah;
+    const double share = half_area(glm::vec3(0), moved) * sahs_[mesh_of_[i]];
     shares[mesh_of_[i]] += share;
     sum += share;
   }

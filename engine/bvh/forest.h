@@ -123,6 +123,7 @@ class Forest {
   void number();
   std::vector<Instance> placed(std::span<const Transform> transforms) const;
   void set(std::vector<Instance> instances, TopTree top);
+  void count();
   void summarize();
   void bring() const;
 
@@ -131,7 +132,11 @@ class Forest {
   std::vector<std::uint32_t> mesh_of_, first_of_, names_;  // of each instance
   std::vector<Transform> transforms_;
   TopFacts facts_;
+  TreeFacts tree_facts_;      // of all meshes
+  BvhStats sum_;              // of all meshes
+  std::vector<double> sahs_;  // of each mesh
   Bvh summary_;
+  std::vector<std::size_t> changed_;  // meshes that were exchanged since the instances were placed last
   std::uint64_t exchanges_;
   std::uint64_t count_ = 0;                  // of triangles
   bool reshaped_ = false;                    // instances can be hit that could not, or the other way round

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "engine/bvh/padding.h"
 #include "engine/tree/tree_arrays.h"
@@ -47,7 +48,7 @@ DeviceTree::DeviceTree(Context& gpu, Forest& forest) : gpu_(gpu), forest_(&fores
 float DeviceTree::least_reach() const {
   float reach = INFINITY;
   for (const MeshTree& mesh : forest_->meshes())
-    if (!mesh.extents.empty) reach = std::min(reach, ballot::padded_reach(mesh.bvh->bounds));
+    if (!mesh.extents.empty) reach = std::min(reach, ballot::padded_reach(mesh.extents.bounds));
   return reach;
 }
 
@@ -245,7 +246,8 @@ const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch, Sou
   return array.texels();
 }
 
-std::vector<glm::uvec4> DeviceTree::table_texels(const TableKey& key) {
+/// Writes the table of meshes anew where they have changed, or lie elsewhere.
+void DeviceTree::write_table(const TableKey& key, Table& table) {
   const auto& [id, a, leaf_format, source] = key;
   // Of arrays that the kernel reads. There are none of the others.
   const auto nodes = arrays_.find(nodes_key(TreeFormatId::Pair, a, source));
@@ -254,33 +256,37 @@ std::vector<glm::uvec4> DeviceTree::table_texels(const TableKey& key) {
   const auto first = [](const auto& found, const auto& all, std::size_t i, std::uint64_t revision) {
     return found != all.end() && found->second.is_current(i, revision) ? found->second.first(i) : 0u;
   };
-  std::vector<glm::uvec4> texels;
-  texels.reserve(meshes_.size() * MESH_TEXELS);
+  table.revisions.resize(meshes_.size());
+  table.rows.resize(meshes_.size());
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
-    const Bounds& b = meshes_[i].bvh().bounds;
-    const ShearScale shear = shear_scale(b);
     const std::uint64_t now = meshes_[i].revision();
-    texels.push_back(texel(b.lo, ballot::padded_reach(b)));
-    texels.push_back(texel(b.hi, shear.scale));
-    texels.push_back(texel(ballot::box_origin(b), shear.near));
-    texels.push_back({meshes_[i].root(), first(nodes, arrays_, i, now), first(leaves, leaves_, i, now),
-                      first(format, arrays_, i, now)});
+    MeshRow& row = table.rows[i];
+    if (std::exchange(table.revisions[i], now) != now) {
+      const Bounds& b = meshes_[i].bvh().bounds;
+      const ShearScale shear = shear_scale(b);
+      row = {texel(b.lo, ballot::padded_reach(b)),
+             texel(b.hi, shear.scale),
+             texel(ballot::box_origin(b), shear.near),
+             {meshes_[i].root(), 0, 0, 0}};
+    }
+    row[3] = {row[3].x, first(nodes, arrays_, i, now), first(leaves, leaves_, i, now), first(format, arrays_, i, now)};
   }
-  return texels;
 }
 
 const DeviceTree::Texels& DeviceTree::mesh_table(TreeFormatId id, const TreeAccess& a, LeafFormat leaf_format,
                                                  Source source) {
   const TableKey key{id, a, leaf_format, source};
-  auto table = tables_.find(key);
-  if (table != tables_.end() && table->second.generation == generation_) return table->second.texels;
-  const std::vector<glm::uvec4> texels = table_texels(key);
-  if (table == tables_.end() || table->second.texels.size() != texels.size())
-    table = tables_.insert_or_assign(key, Table{Texels(gpu_, texels.size(), access_for(a.fetch), "table of meshes"), 0})
-                .first;
-  table->second.texels.upload(texels);
-  table->second.generation = generation_;
-  return table->second.texels;
+  auto found = tables_.find(key);
+  if (found == tables_.end()) {
+    Texels texels(gpu_, meshes_.size() * MESH_TEXELS, access_for(a.fetch), "table of meshes");
+    found = tables_.emplace(key, Table{std::move(texels), 0, {}, {}}).first;
+  }
+  Table& table = found->second;
+  if (table.generation == generation_) return table.texels;
+  write_table(key, table);
+  if (!table.rows.empty()) table.texels.upload(std::span(table.rows.front().data(), table.texels.size()));
+  table.generation = generation_;
+  return table.texels;
 }
 
 }  // namespace ballot

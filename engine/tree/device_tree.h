@@ -1,6 +1,7 @@
 // The tree on a device, in every format that kernels ask for.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -156,9 +157,12 @@ class DeviceTree {
 
  private:
   using TableKey = std::tuple<TreeFormatId, TreeAccess, LeafFormat, Source>;
+  using MeshRow = std::array<glm::uvec4, MESH_TEXELS>;  // shaders/lib/tree/meshes.glsl
   struct Table {
     Texels texels;
     std::uint64_t generation;
+    std::vector<MeshRow> rows;
+    std::vector<std::uint64_t> revisions;  // of each mesh, that its row is of
   };
 
   std::uint64_t largest_bytes() const;
@@ -182,7 +186,7 @@ class DeviceTree {
   void follow_pairs(JoinedArray& array, const NodesKey& key);
   void follow_format(JoinedArray& array, const NodesKey& key);
   void set_refitted(std::size_t mesh);
-  std::vector<glm::uvec4> table_texels(const TableKey& key);
+  void write_table(const TableKey& key, Table& table);
   void move_on_host(std::span<const Transform> transforms);
   void move_on_device(std::span<const Transform> transforms);
   Texels room_for_top(Fetch fetch, std::size_t texels);
