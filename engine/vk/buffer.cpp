@@ -25,8 +25,8 @@ void check_limits(const DeviceInfo& d, const std::string& name, std::uint64_t by
   if (has(access, Access::Storage) && !has(access, Access::Parts) && bytes > d.max_storage_range)
     refuse("maxStorageBufferRange", d.max_storage_range);
   if (has(access, Access::Texel) && bytes / 16 > d.max_texels) refuse("maxTexelBufferElements", d.max_texels * 16);
-  // Some software drivers crash on allocations beyond their own limit instead of failing.
-  if (bytes > d.max_allocation) refuse("maxMemoryAllocationSize", d.max_allocation);
+  if (bytes > d.max_buffer)
+    refuse(d.max_buffer == d.max_allocation ? "maxMemoryAllocationSize" : "maxBufferSize", d.max_buffer);
 }
 
 /// Returns a size of at least `bytes` with which a texel view needs no kernel of its own on llvmpipe. llvmpipe

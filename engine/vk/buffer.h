@@ -32,8 +32,8 @@ constexpr bool has(Access set, Access one) { return (std::uint32_t(set) & std::u
 class RawBuffer {
  public:
   /// Allocates at least 16 bytes, so that an empty buffer can be bound. Throws Error(Work) that names the buffer, its
-  /// size and the limit that it exceeds: maxStorageBufferRange, maxTexelBufferElements, maxMemoryAllocationSize or the
-  /// heap.
+  /// size and the limit that it exceeds: maxStorageBufferRange, maxTexelBufferElements, maxMemoryAllocationSize,
+  /// maxBufferSize or the heap.
   RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::string name);
   /// A buffer over memory of the host, which must outlive it. The device reads and writes it in place. Throws
   /// Error(Work) if the device cannot (can_import()) or the driver refuses.

@@ -35,7 +35,8 @@ struct DeviceInfo {
   std::uint32_t max_group_invocations = 0, max_group_size_x = 0, max_group_count_x = 0, max_group_subgroups = 0;
   std::uint64_t max_storage_range = 0;  // bytes that a storage buffer binding may cover
   std::uint64_t max_texels = 0;         // elements of a texel buffer
-  std::uint64_t max_allocation = 0;     // bytes
+  std::uint64_t max_allocation = 0;     // bytes that surely can be allocated at once
+  std::uint64_t max_buffer = 0;         // bytes; beyond max_allocation a GPU's driver may say that it has no room
   std::uint32_t shared_bytes = 0;       // bytes of shared memory for a workgroup
   std::uint32_t timestamp_bits = 0;
   double timestamp_ns = 0;                            // nanoseconds per tick; 0: no timestamps

@@ -65,7 +65,10 @@ void read_limits(DeviceInfo& info, const DeviceProperties& p) {
   info.max_group_count_x = limits.maxComputeWorkGroupCount[0];
   info.max_storage_range = limits.maxStorageBufferRange;
   info.max_texels = limits.maxTexelBufferElements;
-  info.max_allocation = p.v11.maxMemoryAllocationSize;
+  info.max_allocation = info.max_buffer = p.v11.maxMemoryAllocationSize;
+  // What a driver surely allocates at once is not the most that it can: 4 GiB on GPUs that have 141 GB. GPUs' drivers
+  // must fail in order beyond it; some software drivers crash.
+  if (!info.is_cpu()) info.max_buffer = std::max<std::uint64_t>(info.max_buffer, p.buffers.maxBufferSize);
   info.host_page = p.host.minImportedHostPointerAlignment;
   info.buffer_alignment =
       std::max({limits.minTexelBufferOffsetAlignment, limits.minStorageBufferOffsetAlignment, VkDeviceSize(16)});
@@ -127,6 +130,7 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   p.v11.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_PROPERTIES;
   p.v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES;
   p.host.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_EXTERNAL_MEMORY_HOST_PROPERTIES_EXT;
+  p.buffers.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES_KHR;
   p.size_control.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_PROPERTIES_EXT;
   f.v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
   f.size_control.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_SIZE_CONTROL_FEATURES_EXT;
@@ -150,6 +154,8 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   p.v12.pNext = size_control ? &p.size_control : nullptr;
   if (has_extension(extensions, VK_EXT_EXTERNAL_MEMORY_HOST_EXTENSION_NAME))
     p.host.pNext = std::exchange(p.v12.pNext, &p.host);
+  if (has_extension(extensions, VK_KHR_MAINTENANCE_4_EXTENSION_NAME))
+    p.buffers.pNext = std::exchange(p.v12.pNext, &p.buffers);
   vk.GetPhysicalDeviceProperties2(device, &p.core);
   f.core.pNext = &f.v12;
   void** tail = &f.v12.pNext;

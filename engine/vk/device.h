@@ -21,6 +21,7 @@ struct DeviceProperties {
   VkPhysicalDeviceVulkan12Properties v12{};
   VkPhysicalDeviceSubgroupSizeControlPropertiesEXT size_control{};
   VkPhysicalDeviceExternalMemoryHostPropertiesEXT host{};
+  VkPhysicalDeviceMaintenance4PropertiesKHR buffers{};
 };
 
 /// The features of a device as the driver reports them.

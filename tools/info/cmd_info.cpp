@@ -24,6 +24,7 @@ nlohmann::json device_json(const DeviceInfo& d) {
           {"max_storage_range", d.max_storage_range},
           {"max_texels", d.max_texels},
           {"max_allocation", d.max_allocation},
+          {"max_buffer", d.max_buffer},
           {"shared_bytes", d.shared_bytes},
           {"refusals", d.refusals},
           {"lacks", d.lacks}};
@@ -40,8 +41,8 @@ nlohmann::json list(const std::string& wanted) {
         VK_API_VERSION_MINOR(d.api_version), VK_API_VERSION_PATCH(d.api_version));
     say("     subgroup {} ({} to {}), workgroup up to {}, shared memory {} KiB\n", d.subgroup_size, d.min_subgroup_size,
         d.max_subgroup_size, d.max_group_invocations, d.shared_bytes / 1024);
-    say("     at most: storage buffer {} MiB, texel buffer {} MiB, allocation {} MiB\n", d.max_storage_range >> 20,
-        d.max_texels >> 16, d.max_allocation >> 20);
+    say("     at most: storage buffer {} MiB, texel buffer {} MiB, allocation {} MiB, any buffer {} MiB\n",
+        d.max_storage_range >> 20, d.max_texels >> 16, d.max_allocation >> 20, d.max_buffer >> 20);
     for (const std::string& r : d.refusals) say("     refused: {}\n", r);
     for (const std::string& l : d.lacks) say("     lacks {}\n", l);
     json.push_back(device_json(d));
