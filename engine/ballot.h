@@ -182,26 +182,6 @@ class Engine {
   /// Batches and films of before end all the same.
   void set_time(std::size_t clip, double seconds, UpdateMode mode = UpdateMode::Auto);
 
-  /// Returns true if set_vertices() can be called for the mesh that begins with this triangle of a scene without
-  /// animation: its tree was built on a device that can tell which triangles have an area, and is there.
-  bool takes_vertices(std::size_t first) const;
-  /// Moves the vertices of a mesh as move() moves triangles; the device makes its triangles of them, and the host's
-  /// follow once they are asked for. Returns false, and leaves the scene as it was, if a coordinate is not finite or
-  /// beyond +-1e12. Throws as move() does.
-  bool set_vertices(const MovedVertices& mesh, UpdateMode mode = UpdateMode::Auto);
-
-  /// Replaces the triangles of one mesh of a scene with instances, in the mesh's space: its own tree follows as move()
-  /// says, and the tree over the instances; all else stays. Throws Error(Arguments) if its tree holds other meshes too
-  /// (tree_layout()), and as move() does.
-  void move_mesh(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
-
-  /// Moves the instances of a scene that has some: one transform for each placement of the scene. The top-level tree is
-  /// refitted, or built anew once refits have raised its cost by a quarter; the trees of the meshes stay.
-  /// Throws Error(Arguments) if the scene is flat, the number differs, a transform cannot be placed (place_instance())
-  /// or moves a mesh whose tree holds others too, Error(Work) if the device fails; the scene is then as it was. Ends
-  /// the use of batches, films and the checker of before.
-  void set_transforms(std::span<const Transform> transforms);
-
   /// Builds the tree anew if queries since its last build have lost more time, because triangles have moved, than a
   /// build takes. To be asked before queries of a scene whose tree follows as UpdateMode::Auto says. Ends the use of
   /// batches, films and the checker of before if it builds; returns true then.
@@ -331,12 +311,10 @@ class Engine {
   void try_to_rebuild();
   void count_walks();
   void begin_update();
-  MeshTree follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area);
-  void move_tree(std::size_t tree, std::vector<Triangle> triangles, UpdateMode mode);
   void end_update(const Timer& timer);
   bool rebuild_meshes();
   void move_flat(std::span<const MovedVertices> meshes, UpdateMode mode);
-  void move_instanced(const SceneChange& change, UpdateMode mode);
+  void move_all(const SceneChange& change, UpdateMode mode);
   void restructure(SceneStructure& structure);
   void replant(const std::vector<std::optional<std::uint32_t>>& from);
   void plant_flat();
@@ -345,16 +323,23 @@ class Engine {
   void watch_lateness();
   std::size_t tree_with(std::size_t triangle) const;
   std::size_t first_of(std::size_t tree) const;
-  MeshExtents extents_with(std::size_t tree, std::size_t first, const MeshExtents& moved);
-  void forget_extents(std::size_t tree);
+  bool takes_vertices(std::size_t tree) const;
+  MeshExtents extents_with(std::size_t tree, const std::map<std::size_t, MeshExtents>& moved);
+  struct TreeMove;
+  TreeMove prepare_move(std::size_t tree, std::span<const MovedVertices> meshes);
+  void take_here(TreeMove& move);
+  void follow_there(TreeMove& move, UpdateMode mode);
+  void follow_here(TreeMove& move, UpdateMode mode);
+  void take_moves(std::span<TreeMove> moves, std::span<const Transform> transforms);
+  void apply_moves(std::span<TreeMove> moves, std::span<const Transform> transforms, UpdateMode mode);
+  void end_moves(std::span<TreeMove> moves);
+  void rebuild(std::size_t tree);
   Pose pose(const AnimationClip& clip, double seconds);
   void set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode);
   bool poses_there() const;
   void make_posed();
-  void follow_there(std::size_t tree, Buffer<Triangle>& triangles, const MeshExtents& extents, UpdateMode mode);
-  void take_there(std::size_t tree, const glm::vec3& largest_triangle, bool refitted);
-  void rebuild_there(std::size_t tree);
+  void follow_posed(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode);
   void bring_back(const AnimationClip& clip, double seconds);
 
   Scene scene_;
@@ -379,10 +364,11 @@ class Engine {
   std::unique_ptr<RayQueries> rays_;
   std::unique_ptr<Topology> topology_;
   std::unique_ptr<DevicePoser> poser_;               // made on first use
+  std::vector<Triangle> spare_triangles_;            // the same of a commit
   Pose spare_pose_;                                  // of the last set_time() on the host, whose memory serves again
   std::unique_ptr<PosedTriangles> posed_;            // made on first use; null after triangles have moved otherwise
-  std::map<std::size_t, IndexedTriangles> indexed_;  // of trees; made by the first set_vertices()
-  // Of meshes that share a tree, from the first set_vertices() to one of them on.
+  std::map<std::size_t, IndexedTriangles> indexed_;  // of trees; made when a mesh first moves
+  // Of meshes that share a tree, once one of them has moved; by their first triangles.
   std::map<std::size_t, MeshExtents> mesh_extents_;
   std::unique_ptr<Engine> near_zero_;    // renders a scene far from the origin; made on first use
   std::unique_ptr<LiveImage> live_;      // made on first use

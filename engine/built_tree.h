@@ -26,8 +26,8 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
 SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
                      const Progress& progress);
 
-/// Builds the tree of a mesh of a scene with instances, as build_tree() does; those of large meshes alone are cached, and
-/// stay on the device.
+/// Builds the tree of a mesh of a scene with instances, as build_tree() does; those of large meshes alone are cached,
+/// and stay on the device.
 MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
                     const Progress& progress);
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 
 #include "engine/built_tree.h"
-#include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
 #include "engine/scene/instances.h"
 
@@ -27,74 +26,17 @@ From trees_from(const TreeLayout& before, const TreeLayout& now, const From& sam
   return from;
 }
 
-/// Returns the triangles of a mesh whose vertices are given.
-std::vector<Triangle> expanded(const MovedVertices& mesh) {
-  std::vector<Triangle> all(mesh.triangles);
-  for_chunks(all.size(), 1 << 15, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t)
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t corner = 3 * t + k;
-        all[t][k] = mesh.positions[mesh.corners.empty() ? corner : mesh.corners[corner]];
-      }
-  });
-  return all;
-}
-
-/// Throws Error(Arguments), which names the vertex, if a coordinate is not finite or beyond 1e12.
-void check_vertices(std::span<const glm::vec3> vertices, const std::string& where) {
-  constexpr float kLargest = 1e12f;                                       // the limit of build_bvh()
-  const auto in_range = [](float x) { return std::abs(x) <= kLargest; };  // false for NaN
-  for_chunks(vertices.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      if (const glm::vec3& v = vertices[i]; !in_range(v.x) || !in_range(v.y) || !in_range(v.z))
-        fail(Failure::Arguments,
-             "{}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene", where, i, v.x,
-             v.y, v.z);
-  });
-}
-
 }  // namespace
 
 void Engine::commit(SceneChange& change, UpdateMode mode) {
   const Timer timer;
-  if (change.structure) {
+  if (change.structure)
     restructure(*change.structure);
-  } else if (!forest_) {
-    if (!change.vertices.empty()) move_flat(change.vertices, mode);
-  } else {
-    move_instanced(change, mode);
-  }
+  else if (forest_ || (takes_vertices(0) && !change.vertices.empty()))
+    move_all(change, mode);
+  else if (!change.vertices.empty())
+    move_flat(change.vertices, mode);
   update_.seconds = timer.seconds();
-}
-
-/// Moves meshes of a flat scene.
-void Engine::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
-  if (meshes.size() == 1 && takes_vertices(meshes[0].first) && set_vertices(meshes[0], mode)) return;
-  for (const MovedVertices& m : meshes) check_vertices(m.positions, fmt::format("mesh {}", m.number));
-  std::vector<Triangle> moved = scene().triangles;
-  for (const MovedVertices& m : meshes) std::ranges::copy(expanded(m), moved.begin() + std::ptrdiff_t(m.first));
-  move(std::move(moved), mode);
-}
-
-/// Moves meshes and instances of a scene that has some. What was moved goes back if something cannot be.
-void Engine::move_instanced(const SceneChange& change, UpdateMode mode) {
-  for (const MovedVertices& m : change.vertices) check_vertices(m.positions, fmt::format("mesh {}", m.number));
-  std::vector<std::pair<std::size_t, std::vector<Triangle>>> before;
-  bool refitted = true;
-  try {
-    for (const MovedVertices& m : change.vertices) {
-      const std::span<const Triangle> old = std::span(scene_.triangles).subspan(m.first, m.triangles);
-      if (change.vertices.size() > 1 || !change.transforms.empty())
-        before.push_back({m.mesh, {old.begin(), old.end()}});
-      move_mesh(m.mesh, expanded(m), mode);
-      refitted &= update_.refitted;
-    }
-    if (!change.transforms.empty()) set_transforms(change.transforms);
-  } catch (...) {
-    for (auto& [mesh, triangles] : before) move_mesh(mesh, std::move(triangles), mode);
-    throw;
-  }
-  update_.refitted = refitted && !change.vertices.empty();
 }
 
 /// Gives the scene other meshes and placements. Trees of meshes that it has already stay.

@@ -30,25 +30,6 @@ std::vector<Transform> transforms_of(const Scene& scene) {
   return transforms;
 }
 
-/// Returns of the transforms of all placements those that the trees of a scene have. Those of meshes that lie in one
-/// tree with others must be the identity.
-std::vector<Transform> transforms_of_trees(const Scene& scene, std::span<const Transform> all) {
-  const TreeLayout layout = tree_layout(scene);
-  const std::vector<Placement>& placements = scene.instances.placements;
-  if (all.size() != placements.size())
-    fail(Failure::Arguments, "{} transforms, but the scene has {} instances; expected one for each", all.size(),
-         placements.size());
-  for (std::size_t i = 0; i < all.size(); ++i)
-    if (layout.shares(placements[i].mesh) && !is_identity(all[i]))
-      fail(Failure::Arguments,
-           "instance {}: its mesh {} ('{}') lies in one tree with others, which stays where it is; give it the "
-           "identity, or load the file with instances 'copy' and move the mesh's vertices",
-           i, placements[i].mesh, scene.instances.mesh_name(placements[i].mesh));
-  std::vector<Transform> of_trees;
-  for (const std::uint32_t from : layout.from) of_trees.push_back(all[from]);
-  return of_trees;
-}
-
 }  // namespace
 
 MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
@@ -151,61 +132,6 @@ void Engine::move_instances(Pose pose, double pose_s) {
   update_.ready_s = update_.seconds - tree_s;
 }
 
-/// Returns the tree of a mesh of a forest for triangles that have moved, and tells the mesh's policy. It is refitted on
-/// the host.
-MeshTree Engine::follow_mesh(std::size_t mesh, std::span<const Triangle> triangles, UpdateMode mode, bool same_area) {
-  const Timer timer;
-  RefitPolicy& policy = policies_[mesh];
-  if (same_area && policy.wants_refit(mode)) {
-    Bvh tree = *forest_->meshes()[mesh].bvh;
-    refit_bvh(tree, triangles, build_);
-    policy.refitted(timer.seconds(), tree.stats.sah);
-    update_.refitted = mode != UpdateMode::Auto || !policy.regrets_refit();
-    if (update_.refitted) return make_mesh_tree(triangles, std::move(tree));
-  }
-  MeshTree tree = build_mesh(*gpu_, triangles, build_, false, {});
-  policy.built(timer.seconds(), tree.bvh->stats.sah);
-  return tree;
-}
-
-void Engine::move_mesh(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode) {
-  const std::size_t count = scene_.instances.triangles_of(mesh);
-  if (count == 0) return;
-  const std::size_t tree = tree_with(scene_.instances.first[mesh]);
-  if (forest_->meshes()[tree].triangles.size() != count)
-    fail(Failure::Arguments,
-         "mesh {} ('{}') lies in one tree with others; load the file with instances 'copy' to move its vertices", mesh,
-         scene_.instances.mesh_name(mesh));
-  move_tree(tree, std::move(triangles), mode);
-}
-
-/// Moves the triangles of a mesh of the forest.
-void Engine::move_tree(std::size_t mesh, std::vector<Triangle> triangles, UpdateMode mode) {
-  const Timer timer;
-  late_trees_[mesh].bring();
-  const MeshTree& old = forest_->meshes()[mesh];
-  const std::size_t first = first_of(mesh);
-  const MovedTriangles moved = check_moved(old.triangles, old.bvh->stats.degenerate, triangles, scene_.name);
-  begin_update();
-  const RefitPolicy before = policies_[mesh];
-  try {
-    if (old.there) {
-      Buffer<Triangle> there = DeviceBuilder::upload(*gpu_, triangles);
-      follow_there(mesh, there, {moved.bounds, extents_of({}, triangles).largest_triangle, false}, mode);
-    } else {
-      MeshTree made = follow_mesh(mesh, triangles, mode, moved.same_area);
-      made.triangles = old.triangles;
-      tracer_->tree().change_mesh(mesh, std::move(made), update_.refitted);
-    }
-  } catch (...) {
-    policies_[mesh] = before;
-    throw;
-  }
-  copy_parallel(std::span<const Triangle>(triangles), std::span(scene_.triangles).subspan(first, triangles.size()));
-  forget_extents(mesh);
-  end_update(timer);
-}
-
 /// Has the rest of the engine follow instances or meshes that have moved.
 void Engine::end_update(const Timer& timer) {
   if (forest_) bvh_ = forest_->summary(), features_.tree = forest_->facts();
@@ -219,33 +145,19 @@ void Engine::end_update(const Timer& timer) {
   update_.ready_s = update_.seconds - tree_s;
 }
 
-/// Builds the trees of meshes anew that are overdue. If there is no room for one, that at hand serves.
+/// Builds the trees of meshes anew that are overdue. If there is no room for one on the host, that at hand serves.
 bool Engine::rebuild_meshes() {
   bool built = false;
   for (std::size_t i = 0; i < policies_.size(); ++i) {
     if (!policies_[i].overdue()) continue;
-    built = true;
-    if (tracer_->tree().built(i)) {
-      rebuild_there(i);
-      continue;
+    try {
+      rebuild(i);
+      built = true;
+    } catch (const Error&) {
+      if (tracer_->tree().built(i)) throw;
     }
-    const std::span<const Triangle> triangles = forest_->meshes()[i].triangles;
-    move_tree(i, {triangles.begin(), triangles.end()}, UpdateMode::Rebuild);
   }
   return built;
-}
-
-void Engine::set_transforms(std::span<const Transform> transforms) {
-  if (!forest_) fail(Failure::Arguments, "scene '{}' has no instances; make one of meshes and instances", scene_.name);
-  const Timer timer;
-  std::vector<Transform> of_trees;
-  if (forest_->size() != scene_.instances.placements.size()) {
-    of_trees = transforms_of_trees(scene_, transforms);
-    transforms = of_trees;
-  }
-  begin_update();
-  tracer_->move_instances(transforms);
-  end_update(timer);
 }
 
 /// Brings the transforms of the instances to the scene, and the bounds that follow from them.

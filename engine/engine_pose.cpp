@@ -76,7 +76,7 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
   if (!bounds) return false;
   const double pose_s = timer.seconds();
   begin_update();
-  follow_there(0, posed_->triangles(), {.bounds = *bounds}, mode);
+  follow_posed(posed_->triangles(), *bounds, mode);
   const double tree_s = timer.seconds() - pose_s;
   scene_.bounds = *bounds;
   scene_.lights = std::move(carried.lights);

@@ -43,8 +43,8 @@ inline namespace v1 {
 /// A scene on a device.
 class Scene {
  public:
-  /// Makes a scene of meshes, each of which lies in the world, once. Meshes and their instances are numbered from 0, and
-  /// triangles through the instances. Triangles without area keep their number and are never hit. Throws
+  /// Makes a scene of meshes, each of which lies in the world, once. Meshes and their instances are numbered from 0,
+  /// and triangles through the instances. Triangles without area keep their number and are never hit. Throws
   /// Error(Argument), which names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh
   /// is empty, or there are more than 2^31 - 1 triangles.
   Scene(const Device& device, std::span<const Mesh> meshes, const SceneOptions& options = {})
@@ -89,8 +89,8 @@ class Scene {
   }
   void remove_mesh(std::uint32_t mesh) { check(ballot_scene_remove_mesh(handle_.get(), mesh)); }
 
-  /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh of a file three a triangle. They are
-  /// read by commit(): keep them until then. SceneOptions::update says how the tree follows.
+  /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh of a file three a triangle. They
+  /// are read by commit(): keep them until then. SceneOptions::update says how the tree follows.
   void set_vertices(std::uint32_t mesh, std::span<const float> positions, std::size_t stride = 0) {
     check(
         ballot_scene_set_vertices(handle_.get(), mesh, positions.data(), detail::vertices(positions, stride), stride));

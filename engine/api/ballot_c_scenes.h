@@ -74,11 +74,11 @@ typedef struct BallotInstances {
  * triangle apart. Triangles without area keep their number and are never hit. A scene may be empty. At most 2^31 - 1
  * triangles in all meshes, 2^32 - 3 counted through the instances. options may be NULL.
  *
- * Meshes lie in one tree or each in its own (options->layout), below a tree over the instances. That takes the memory of
- * the meshes and 160 bytes an instance on the device. A hit of an instance is a hit of its mesh by the ray transformed
- * into the mesh's space, by the same float32 operations on every device; t is the same in both spaces. At equal t the
- * instance with the smaller number is hit. With identity transforms hits are those of one tree, bit for bit; in "exact"
- * but for hits of two instances whose t are equal in float32.
+ * Meshes lie in one tree or each in its own (options->layout), below a tree over the instances. That takes the memory
+ * of the meshes and 160 bytes an instance on the device. A hit of an instance is a hit of its mesh by the ray
+ * transformed into the mesh's space, by the same float32 operations on every device; t is the same in both spaces. At
+ * equal t the instance with the smaller number is hit. With identity transforms hits are those of one tree, bit for
+ * bit; in "exact" but for hits of two instances whose t are equal in float32.
  *
  * In "watertight" no ray slips through a closed mesh, whatever its transform, nor between instances with equal
  * transforms. Where the borders of instances with different transforms coincide, one may. In "exact" each instance's
@@ -102,8 +102,9 @@ BALLOT_API void ballot_scene_destroy(BallotScene* scene);
 
 /* Edits of a scene gather until ballot_scene_commit() makes all of them true at once. If it fails, the scene is as it
  * was. The edits are gone either way. Until then every answer is by the scene as it was committed last, and other
- * threads may ask. Calls for edits that are refused add nothing to them. Meshes and instances are named by their numbers,
- * which stay; a number is given once. Scenes with animations refuse edits: ballot_scene_set_time() moves them. */
+ * threads may ask. Calls for edits that are refused add nothing to them. Meshes and instances are named by their
+ * numbers, which stay; a number is given once. Scenes with animations refuse edits: ballot_scene_set_time() moves them.
+ * */
 
 /* Adds a mesh and writes its number. It has no instance yet. An id of 2^32 - 1 stands for that number. */
 BALLOT_API BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, uint32_t* number);
@@ -113,8 +114,8 @@ BALLOT_API BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t m
 BALLOT_API BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t mesh);
 /* Moves the vertices of a mesh, in its own space: `count` must be its vertex_count. Of a mesh from a file they are the
  * corners of its triangles, three each. BallotSceneOptions::update says how its tree follows. The array is read by
- * ballot_scene_commit(): keep it until then. stride is in bytes; 0: 12. Once a mesh has moved the scene keeps 36 bytes a
- * triangle for the next time, of the device if the tree was built there, else of the host. */
+ * ballot_scene_commit(): keep it until then. stride is in bytes; 0: 12. Once a mesh has moved the scene keeps 36 bytes
+ * a triangle for the next time, of the device if the tree was built there, else of the host. */
 BALLOT_API BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const float* positions,
                                                   size_t count, size_t stride);
 /* Adds instances of meshes and writes the number of each; numbers may be NULL. */

@@ -113,9 +113,10 @@ struct SceneOptions {
   std::uint32_t max_leaf = 6;  // most triangles of a leaf, 1 to 6
   float split_budget = 0.5f;   // of "best": share of references that spatial splits may add, 0 to 16
   bool cache = false;          // keep the tree on disk, in $XDG_CACHE_HOME/ballot
-  /// How a tree follows Scene::set_vertices(). "refit" keeps its shape and moves its boxes: the quickest update, but traces
-  /// become slower as triangles move apart. "rebuild" builds it anew. "auto" refits, and rebuilds once queries have
-  /// lost more time than a rebuild costs over a refit. If a triangle gains or loses its area, it is always rebuilt.
+  /// How a tree follows Scene::set_vertices(). "refit" keeps its shape and moves its boxes: the quickest update, but
+  /// traces become slower as triangles move apart. "rebuild" builds it anew. "auto" refits, and rebuilds once queries
+  /// have lost more time than a rebuild costs over a refit. If a triangle gains or loses its area, it is always
+  /// rebuilt.
   std::string update = "auto";
   double expected_rays = 0;    // hint for builder "auto": rays that will be traced in all; 0: unknown
   bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
@@ -123,8 +124,9 @@ struct SceneOptions {
   /// whole. "copy": each use is a moved copy. "auto": kept where that saves 4 million triangles and half of the
   /// scene's, or where copies would not fit into memory.
   std::string instances = "auto";
-  /// Which meshes lie in one tree. "auto": those that the scene is made with, unless instances are given or a file keeps
-  /// them once. "merge": those that are placed once, by the identity. "separate": none, so that each moves by itself.
+  /// Which meshes lie in one tree. "auto": those that the scene is made with, unless instances are given or a file
+  /// keeps them once. "merge": those that are placed once, by the identity. "separate": none, so that each moves by
+  /// itself.
   std::string layout = "auto";
   /// What Results::mesh_ids holds for a scene file: "mesh" (of glTF, or the group of OBJ), "node" (of glTF) or
   /// "material", by the numbers of the file. Of scenes made of meshes: Mesh::id.

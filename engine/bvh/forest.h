@@ -14,8 +14,8 @@ namespace ballot {
 
 class DeviceBuild;
 
-/// A mesh in its own space, and its tree. Copies share the tree. If a device built it and keeps it `there`, `bvh` has no
-/// nodes: it is the summary.
+/// A mesh in its own space, and its tree. Copies share the tree. If a device built it and keeps it `there`, `bvh` has
+/// no nodes: it is the summary.
 struct MeshTree {
   std::span<const Triangle> triangles;
   std::shared_ptr<const Bvh> bvh;
@@ -52,9 +52,9 @@ class Forest {
  public:
   using BuildMesh = std::function<Bvh(std::span<const Triangle>)>;
 
-  /// Builds the top-level tree over instances of meshes with their trees, which other forests may have too. Keeps references
-  /// to the triangles. Throws Error(Arguments) if a placement names no mesh, as place_instance() does, or if there are
-  /// too many triangles.
+  /// Builds the top-level tree over instances of meshes with their trees, which other forests may have too. Keeps
+  /// references to the triangles. Throws Error(Arguments) if a placement names no mesh, as place_instance() does, or if
+  /// there are too many triangles.
   Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements, InstanceNumbers numbers = {});
   /// The same for triangles that the forest keeps, whose trees `build` makes. Throws what that throws, too.
   Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build);

@@ -75,7 +75,8 @@ bool DeviceTree::refit(std::span<const Triangle> triangles, const Bounds& bounds
 bool DeviceTree::refit(const Bounds& bounds, std::size_t number) {
   MeshArrays& mesh = meshes_[number];
   mesh.built()->begin_refit(bounds);
-  refitted_.clear();
+  std::vector<JoinedArray*>& refitted = refitted_[number];
+  refitted.clear();
   for (auto& [key, array] : arrays_) {  // frontiers come behind the pairs that they are written from
     if (key.source == Source::Host || !array.is_current(number, mesh.revision())) continue;
     if (format_of(key.id).collapsed()) continue;  // is written anew when a kernel asks for it
@@ -86,16 +87,17 @@ bool DeviceTree::refit(const Bounds& bounds, std::size_t number) {
       mesh.write_format(key,
                         array_of({TreeFormatId::Pair, key.layout, key.padding, key.fetch, key.source}).part(number),
                         array.part(number));
-    refitted_.push_back(&array);
-    refitted_.push_back(&leaves);
+    refitted.push_back(&array);
+    refitted.push_back(&leaves);
   }
   return mesh.built()->end_refit();
 }
 
 /// Tells that what the last refit() has written is that of the mesh as it is now.
 void DeviceTree::set_refitted(std::size_t mesh) {
-  for (JoinedArray* array : refitted_) array->set_revision(mesh, meshes_[mesh].revision());
-  refitted_.clear();
+  const auto refitted = refitted_.extract(mesh);
+  if (!refitted) return;
+  for (JoinedArray* array : refitted.mapped()) array->set_revision(mesh, meshes_[mesh].revision());
 }
 
 void DeviceTree::moved(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts) {

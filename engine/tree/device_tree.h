@@ -44,10 +44,15 @@ class DeviceTree {
   /// top-level tree is refitted or built on the device where that is quicker (moves_on_device()), else on the host
   /// (Forest::move). Throws as Forest::move() does, and nothing has changed then; Error(Work) if the device fails.
   void move_instances(std::span<const Transform> transforms);
-  /// Forests only: gives a mesh other triangles, as many, and their tree, which begins a new generation. `same_shape`:
-  /// the tree is that of before, refitted. Its instances follow as move_instances() says. Keeps references to the
-  /// forest's tree and triangles. Throws as move_instances(), and nothing has changed then.
-  void change_mesh(std::size_t mesh, MeshTree with, bool same_shape);
+  /// A mesh that gets other triangles, as many, and their tree. `same_shape`: the tree is that of before, refitted.
+  struct MeshChange {
+    std::size_t mesh;
+    MeshTree with;
+    bool same_shape;
+  };
+  /// Forests only: changes meshes and moves the instances, as move_instances() does, which begins a new generation.
+  /// Keeps references to the forest's trees and triangles. Throws as move_instances(), and nothing has changed then.
+  void change_meshes(std::span<MeshChange> changes, std::span<const Transform> transforms);
   /// Forests only: takes another forest, which begins a new generation. `from` tells of each of its meshes which one of
   /// before it is; none: it is another. What the device has of those stays. Waits for the device. Keeps a reference.
   void take(Forest& forest, std::span<const std::optional<std::uint32_t>> from);
@@ -69,7 +74,7 @@ class DeviceTree {
   /// those of all of them. Returns false if the tree has to be replaced instead (DeviceBuild::end_refit): the arrays
   /// are lost then. moved() must follow a success. Throws Error(Work) if the device fails.
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
-  /// The same for the triangles that the DeviceBuild of a mesh has at hand. Of a forest change_mesh() must follow.
+  /// The same for the triangles that the DeviceBuild of a mesh has at hand. Of a forest change_meshes() must follow.
   bool refit(const Bounds& bounds, std::size_t mesh = 0);
   /// Begins a new generation for a tree of the same shape whose triangles have moved. Waits for the device. Arrays that
   /// refit() has moved stay; the others are written anew when a kernel asks for them. Keeps references as replace()
@@ -201,8 +206,8 @@ class DeviceTree {
   ShearScale shear_{};
   std::map<NodesKey, JoinedArray> arrays_;
   std::map<LeavesKey, JoinedArray> leaves_;
-  std::vector<JoinedArray*> refitted_;  // by the last refit()
-  std::map<TableKey, Table> tables_;    // these of forests
+  std::map<std::size_t, std::vector<JoinedArray*>> refitted_;  // of each mesh, by the last refit()
+  std::map<TableKey, Table> tables_;                           // these of forests
   std::map<Fetch, Texels> tops_;
   std::unique_ptr<TopBuilder> top_builder_;  // null unless the device holds the top-level tree
   std::optional<bool> asked_on_device_;

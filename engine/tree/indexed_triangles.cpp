@@ -50,11 +50,11 @@ IndexedTriangles::Mesh& IndexedTriangles::mesh_of(const MovedVertices& mesh) {
   return meshes_.emplace(mesh.first, std::move(made)).first->second;
 }
 
-std::optional<MeshExtents> IndexedTriangles::write(const MovedVertices& mesh, const Buffer<Triangle>& now) {
+std::optional<MeshExtents> IndexedTriangles::write(const MovedVertices& mesh, const Buffer<Triangle>* now) {
   const PassScope scope(gpu_);
   Mesh& kept = mesh_of(mesh);
   kept.positions.upload(mesh.positions);
-  if (mesh.triangles < triangles_.size()) triangles_.copy_from(now, 0, 0, now.size());
+  if (now && mesh.triangles < triangles_.size()) triangles_.copy_from(*now, 0, 0, now->size());
   const bool indices = !mesh.corners.empty();
   std::unique_ptr<Kernel>& kernel = kernels_[indices];
   refresh(gpu_, kernel, indexed_source(indices));

@@ -29,10 +29,11 @@ class IndexedTriangles {
   /// `triangles`: of the tree. Throws Error(Work) if the device has no room.
   IndexedTriangles(Context& gpu, std::size_t triangles);
 
-  /// Writes into triangles() those of a mesh, and of all others what `now` has, and waits. Returns the extents
+  /// Writes into triangles() those of a mesh, and of all others what `now` has, and waits. null: triangles() has the
+  /// others. Returns the extents
   /// of the mesh, all of whose vertices count; nothing if a coordinate is not finite or beyond +-1e12. Throws
   /// Error(Work) if the device fails.
-  std::optional<MeshExtents> write(const MovedVertices& mesh, const Buffer<Triangle>& now);
+  std::optional<MeshExtents> write(const MovedVertices& mesh, const Buffer<Triangle>* now);
 
   /// Returns the buffer that write() writes. It may be swapped for another one with triangles of another time.
   Buffer<Triangle>& triangles() { return triangles_; }

@@ -41,25 +41,27 @@ void DeviceTree::exchange(std::size_t mesh, MeshTree& with) {
   if (top_builder_) top_builder_->exchanged(mesh);
 }
 
-void DeviceTree::change_mesh(std::size_t mesh, MeshTree with, bool same_shape) {
+void DeviceTree::change_meshes(std::span<MeshChange> changes, std::span<const Transform> transforms) {
   gpu_.finish();
-  exchange(mesh, with);
+  for (MeshChange& c : changes) exchange(c.mesh, c.with);
   try {
-    move_instances(forest_->transforms());
+    move_instances(transforms);
   } catch (...) {
-    exchange(mesh, with);
+    for (MeshChange& c : changes) exchange(c.mesh, c.with);
     move_instances(forest_->transforms());
     throw;
   }
-  const MeshTree& now = forest_->meshes()[mesh];
-  if (same_shape && now.there == built(mesh))
-    meshes_[mesh].moved(*now.bvh, now.triangles);
-  else
-    meshes_[mesh].replace(*now.bvh, now.triangles, now.there);
-  if (same_shape)
-    set_refitted(mesh);
-  else
-    refitted_.clear();
+  for (const auto& [mesh, before, same_shape] : changes) {
+    const MeshTree& now = forest_->meshes()[mesh];
+    if (same_shape && now.there == built(mesh))
+      meshes_[mesh].moved(*now.bvh, now.triangles);
+    else
+      meshes_[mesh].replace(*now.bvh, now.triangles, now.there);
+    if (same_shape)
+      set_refitted(mesh);
+    else
+      refitted_.erase(mesh);
+  }
   padded_reach_ = least_reach();
 }
 

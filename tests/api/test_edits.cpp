@@ -249,6 +249,30 @@ TEST_F(ApiEdits, FailuresLeaveTheSceneAsItWas) {
   }
 }
 
+// Only all edits together can be: an instance is made small, and its mesh so large that it was refused before.
+TEST_F(ApiEdits, MovesAreMadeTogether) {
+  ballot::Scene scene(*device_, {grid_.mesh()}, {.transforms = kIdentity});
+  std::vector<float> huge = grid_.positions;
+  for (float& x : huge) x *= 1e12f;
+  Matrix large = kIdentity, small = kIdentity;
+  large[0] = large[5] = large[10] = 4;
+  small[0] = small[5] = small[10] = 0.5e-12f;
+  scene.set_transforms(large);
+  scene.commit();
+  scene.set_vertices(0, huge);
+  EXPECT_EQ(code_of([&] { scene.commit(); }), Code::Argument);
+  scene.set_vertices(0, huge);
+  scene.set_transforms(small);
+  scene.commit();
+  EXPECT_EQ(scene.instances()[0].hi[0], 0.5f);
+  const ballot::Ray down{{0.25f, 0.25f, 2}, 0, {0, 0, -1}, 10}, beside{{0.75f, 0.25f, 2}, 0, {0, 0, -1}, 10};
+  const ballot::Ray rays[] = {down, beside};
+  float t[2];
+  scene.trace(rays, {.t = t});
+  EXPECT_EQ(t[0], 2);
+  EXPECT_EQ(t[1], INFINITY);
+}
+
 TEST_F(ApiEdits, WrongEditsAddNothing) {
   ballot::Scene scene(*device_, {grid_.mesh(), grid_.mesh(1)});
   const Answers before(scene);

@@ -102,6 +102,10 @@ TEST_F(TreesThere, OneOfThemMoves) {
   tracer.tree().nodes({}, Source::Device);
   constexpr std::size_t kMoving = 3;
   const std::vector<Triangles> of_before = meshes;
+  const auto exchange = [&](MeshTree with, bool refitted) {
+    DeviceTree::MeshChange one{kMoving, std::move(with), refitted};
+    tracer.tree().change_meshes(std::span(&one, 1), forest.transforms());
+  };
   const auto change = [&](bool refits) {
     for (Triangle& t : meshes[kMoving])
       for (glm::vec3& v : t) v.y += 0.3f * std::sin(5 * v.x + (refits ? 1 : 2));
@@ -113,14 +117,14 @@ TEST_F(TreesThere, OneOfThemMoves) {
       build->rebuild();
     MeshTree now = make_mesh_tree(meshes[kMoving], build->summary());
     now.there = build;
-    tracer.tree().change_mesh(kMoving, std::move(now), refits);
+    exchange(std::move(now), refits);
     expect_region(tracer.tree(), kMoving, {});
     expect_hits(tracer, meshes, placements, refits ? "refitted" : "rebuilt");
   };
   change(true);
   change(false);
   change(true);
-  tracer.tree().change_mesh(kMoving, make_mesh_tree(of_before[kMoving], build_bvh(of_before[kMoving], quick())), false);
+  exchange(make_mesh_tree(of_before[kMoving], build_bvh(of_before[kMoving], quick())), false);
   EXPECT_EQ(tracer.tree().built(kMoving), nullptr);
   expect_hits(tracer, of_before, placements, "of the host");
 }
@@ -167,6 +171,11 @@ class LargeMesh : public TreesThere {
     return hits;
   }
 
+  static void move(Engine& engine, const MovedVertices& mesh, UpdateMode mode) {
+    SceneChange change{.vertices = std::span(&mesh, 1)};
+    engine.commit(change, mode);
+  }
+
   static std::vector<glm::vec3> vertices_of(const Triangles& triangles) {
     std::vector<glm::vec3> all;
     for (const Triangle& t : triangles) all.insert(all.end(), t.begin(), t.end());
@@ -177,8 +186,8 @@ class LargeMesh : public TreesThere {
 TEST_F(LargeMesh, FollowsItsVerticesOnTheDevice) {
   if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
   Engine engine(scene_of(grid(0)), options_for(BuilderId::Device));
-  ASSERT_TRUE(engine.takes_vertices(0));
-  EXPECT_FALSE(engine.takes_vertices(grid(0).size()));
+  ASSERT_TRUE(engine.tracer().tree().built(0));
+  EXPECT_FALSE(engine.tracer().tree().built(1));
   const std::vector<Hit> at_first = hits_of(engine);
   std::vector<std::uint32_t> turned_round(3 * grid(0).size());
   for (std::size_t i = 0; i < turned_round.size(); ++i) turned_round[i] = std::uint32_t(turned_round.size() - 1 - i);
@@ -187,19 +196,19 @@ TEST_F(LargeMesh, FollowsItsVerticesOnTheDevice) {
     const Triangles moved = grid(mode == UpdateMode::Refit ? 1 : 2);
     std::vector<glm::vec3> positions = vertices_of(moved);
     std::ranges::reverse(positions);
-    ASSERT_TRUE(engine.set_vertices({0, moved.size(), turned_round, positions}, mode));
+    move(engine, {0, moved.size(), turned_round, positions}, mode);
     EXPECT_EQ(engine.last_update().refitted, mode == UpdateMode::Refit);
     Engine fresh(scene_of(moved), options_for(BuilderId::Balanced));
     EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
     EXPECT_EQ(engine.forest()->meshes()[0].extents.largest_triangle,
               fresh.forest()->meshes()[0].extents.largest_triangle);
     EXPECT_EQ(engine.triangle(17), moved[17]);
-    engine.set_transforms(engine.forest()->transforms());
+    SceneChange places{.transforms = engine.forest()->transforms()};
+    engine.commit(places);
     EXPECT_EQ(engine.scene().triangles, fresh.scene().triangles);
     EXPECT_EQ(engine.scene().bounds.lo, fresh.scene().bounds.lo);
   }
-  engine.move_mesh(0, grid(0));  // triangles of the host
-  EXPECT_TRUE(engine.takes_vertices(0));
+  move(engine, {0, grid(0).size(), {}, vertices_of(grid(0))}, UpdateMode::Auto);
   EXPECT_EQ(count_different(at_first, hits_of(engine)), 0u);
 }
 
@@ -211,17 +220,17 @@ TEST_F(LargeMesh, StaysAsItWasAfterAnError) {
   std::vector<glm::vec3> positions = vertices_of(start);
   for (const float bad : {NAN, INFINITY, -2e12f}) {
     positions[5].z = bad;
-    EXPECT_FALSE(engine.set_vertices({0, start.size(), {}, positions}, UpdateMode::Refit)) << bad;
+    EXPECT_THROW(move(engine, {0, start.size(), {}, positions}, UpdateMode::Refit), Error) << bad;
     EXPECT_EQ(count_different(before, hits_of(engine)), 0u) << bad;
   }
   positions[5].z = 5e9f;  // an instance that is scaled leaves the range
   for (const UpdateMode mode : {UpdateMode::Refit, UpdateMode::Rebuild}) {
-    EXPECT_THROW(engine.set_vertices({0, start.size(), {}, positions}, mode), Error);
+    EXPECT_THROW(move(engine, {0, start.size(), {}, positions}, mode), Error);
     EXPECT_EQ(count_different(before, hits_of(engine)), 0u) << int(mode);
     EXPECT_EQ(engine.scene().triangles[1], start[1]);
   }
   const Triangles moved = grid(3);
-  ASSERT_TRUE(engine.set_vertices({0, moved.size(), {}, vertices_of(moved)}, UpdateMode::Refit));
+  move(engine, {0, moved.size(), {}, vertices_of(moved)}, UpdateMode::Refit);
   Engine fresh(scene_of(moved), options_for(BuilderId::Balanced));
   EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
 }
@@ -233,13 +242,13 @@ TEST_F(LargeMesh, MayVanish) {
   Engine engine(scene_of(start), options_for(BuilderId::Device));
   const std::vector<Hit> before = hits_of(engine);
   const std::vector<glm::vec3> positions(3 * start.size(), glm::vec3(0.5f));
-  ASSERT_TRUE(engine.set_vertices({0, start.size(), {}, positions}, UpdateMode::Refit));
+  move(engine, {0, start.size(), {}, positions}, UpdateMode::Refit);
   EXPECT_TRUE(engine.forest()->meshes()[0].extents.empty);
   for (const Hit& hit : hits_of(engine)) {
     if (hit.prim == NO_HIT) continue;
     EXPECT_EQ(engine.forest()->place_of(hit.prim).instance, 1u);
   }
-  ASSERT_TRUE(engine.set_vertices({0, start.size(), {}, vertices_of(start)}, UpdateMode::Refit));
+  move(engine, {0, start.size(), {}, vertices_of(start)}, UpdateMode::Refit);
   EXPECT_EQ(count_different(before, hits_of(engine)), 0u);
 }
 

@@ -1,6 +1,6 @@
-// A scene that is too large for one mesh, through the library: terrains side by side, each a mesh with a tree of its own.
-// Every hit is known before: rays aim at triangles and vertices of known numbers. Prints what it took, and fails if one
-// hit is wrong. The next step moves one terrain, several times, and checks all again.
+// A scene that is too large for one mesh, through the library: terrains side by side, each a mesh with a tree of its
+// own. Every hit is known before: rays aim at triangles and vertices of known numbers. Prints what it took, and fails
+// if one hit is wrong. The next step moves one terrain, several times, and checks all again.
 //
 //   ballot_large_scene [--device gpu] [--triangles 200000000] [--meshes 8] [--rays 10000000] [--builder device]
 #include <ballot/ballot.h>
