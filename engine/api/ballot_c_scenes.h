@@ -122,18 +122,19 @@ BALLOT_API BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t m
 BALLOT_API BallotStatus ballot_scene_add_instances(BallotScene* scene, const BallotInstances* instances,
                                                    uint32_t* numbers);
 BALLOT_API BallotStatus ballot_scene_remove_instances(BallotScene* scene, const uint32_t* instances, size_t count);
-/* Moves instances: a matrix for each, as in BallotInstances. instances NULL: all of them, in the order of their numbers;
- * the array is then read by ballot_scene_commit(): keep it until then. A mesh that lay in a tree with others gets its
+/* Moves instances: a matrix for each, as in BallotInstances. instances NULL: all of them, in the order of their
+ * numbers; the array is then read by ballot_scene_commit(): keep it until then. A mesh that lay in a tree with others gets its
  * own. The tree over the instances is refitted, or built anew once refits have raised its cost by a quarter; the trees
  * of the meshes stay. stride is in bytes; 0: 48. */
 BALLOT_API BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* instances,
                                                     const float* transforms, size_t count, size_t stride);
-/* Sets the masks of instances. An instance of mask 0 is met by nothing. Crossings leave out an instance whose mask shares
- * no bit with the ray's (BallotLists::ray_masks). */
+/* Sets the masks of instances. An instance of mask 0 is met by nothing. Crossings leave out an instance whose mask
+ * shares no bit with the ray's (BallotLists::ray_masks). */
 BALLOT_API BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instances, const uint32_t* masks,
                                                size_t count);
-/* Makes the edits true. Trees of meshes that have not changed stay. Hits of later calls are those of the edited scene; in
- * "watertight" and "exact" they are the same bits whether trees were refitted or built. Does nothing without edits. */
+/* Makes the edits true. Trees of meshes that have not changed stay. Hits of later calls are those of the edited scene;
+ * in "watertight" and "exact" they are the same bits whether trees were refitted or built. Does nothing without
+ * edits. */
 BALLOT_API BallotStatus ballot_scene_commit(BallotScene* scene);
 /* Drops the edits. */
 BALLOT_API BallotStatus ballot_scene_discard(BallotScene* scene);

@@ -138,7 +138,8 @@ BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, u
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "adding a mesh");
     GivenMesh given = read_mesh(m, "mesh");
-    *number = edits.edits.add_mesh(std::move(given.geometry), m.id);
+    const bool by_number = m.id == 0xFFFFFFFF;
+    *number = edits.edits.add_mesh(std::move(given.geometry), by_number ? std::nullopt : std::optional(m.id));
     edits.meshes.insert_or_assign(*number, std::move(given.state));
   });
 }

@@ -84,12 +84,12 @@ SceneEdits::Place& SceneEdits::place_at(std::uint32_t placement) {
   return places_.at(placement);
 }
 
-std::uint32_t SceneEdits::add_mesh(MeshGeometry mesh, std::uint32_t id) {
+std::uint32_t SceneEdits::add_mesh(MeshGeometry mesh, std::optional<std::uint32_t> id) {
   open();
   if (next_.mesh > kLastNumber)
     fail(Failure::Arguments, "mesh: the scene has had {} meshes; make a new one", next_.mesh);
   const std::uint32_t number = next_.mesh++;
-  const MeshLabel label{.name = static_cast<std::uint32_t>(names_.size()), .id = id, .number = number};
+  const MeshLabel label{.name = static_cast<std::uint32_t>(names_.size()), .id = id.value_or(number), .number = number};
   names_.push_back(fmt::format("mesh {}", number));
   meshes_.emplace(number, Mesh{label, {}, std::move(mesh)});
   return number;

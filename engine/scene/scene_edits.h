@@ -43,8 +43,8 @@ class SceneEdits {
   /// gone even if the edits are dropped.
   SceneEdits(const Scene& scene, SceneNumbers& next) : scene_(scene), next_(next) {}
 
-  /// Adds a mesh, which is placed nowhere yet, and returns its number.
-  std::uint32_t add_mesh(MeshGeometry mesh, std::uint32_t id);
+  /// Adds a mesh, which is placed nowhere yet, and returns its number. Without an id that is its id.
+  std::uint32_t add_mesh(MeshGeometry mesh, std::optional<std::uint32_t> id);
   /// Gives a mesh other triangles, any number of them. It keeps its placements, name and id.
   void replace_mesh(std::uint32_t mesh, MeshGeometry with);
   /// Gives a mesh as many other triangles. It keeps all else.

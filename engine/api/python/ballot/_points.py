@@ -160,7 +160,8 @@ class Queries(Closable):
         return Times(*spent)
 
     def count_crossings(
-        self, rays: Any, *, numeric: str = "watertight", cull: str = "none", ray_masks: Any = None, alpha: bool = False, t: Any = None, times: list[Times] | None = None,
+        self, rays: Any, *, numeric: str = "watertight", cull: str = "none", ray_masks: Any = None,
+        alpha: bool = False, t: Any = None, times: list[Times] | None = None,
         progress: Progress | None = None,
     ) -> np.ndarray:
         """Returns how many triangles each ray crosses: int64 of shape (...). Rays and t as trace().

@@ -124,7 +124,7 @@ class Edits(unittest.TestCase):
         ):
             with self.assertRaisesRegex(ValueError, what):
                 call()
-        scene.set_vertices(0, SQUARE[0] * np.inf)
+        scene.set_vertices(0, np.full_like(SQUARE[0], np.nan))
         with self.assertRaisesRegex(ValueError, "mesh 0: vertex 0 is"):
             scene.commit()
         scene.commit()
