@@ -34,6 +34,10 @@ namespace {
 // series is 34.
 constexpr unsigned kFirstDepth = 48, kLastDepth = 3072;
 
+// Scenes whose box has half a surface below this are built without spatial splits: their areas leave the range of
+// float32, and Embree then takes any plane, one that all references lie on one side of included.
+constexpr double kLeastArea = 1e-30;
+
 // Leaves of builder `fast` hold up to this many triangles.
 constexpr std::uint32_t kMortonLeaf = 4;
 
@@ -52,7 +56,8 @@ struct Job {
   std::span<const Triangle> triangles;
   std::span<const Bounds> boxes;  // either
   const Progress& progress;
-  std::mutex mutex;  // guards the members below
+  glm::vec3 thickness{0};  // of the thinnest part that a split may leave, by axis
+  std::mutex mutex;        // guards the members below
   double reported = 0;
   std::exception_ptr failure;  // what `progress` or an interruption threw
   std::string message;         // the first error text of Embree
@@ -78,15 +83,26 @@ void set_children(void* node, void** children, unsigned, void* user) {
 
 void set_bounds(void*, const RTCBounds**, unsigned, void*) {}  // flatten() unites the children's boxes
 
+Bounds box_of(const RTCBuildPrimitive& part) {
+  return {{part.lower_x, part.lower_y, part.lower_z}, {part.upper_x, part.upper_y, part.upper_z}};
+}
+
+// Returns the box without what split() added to it outside of the triangle.
+Bounds box_in_leaf(const RTCBuildPrimitive& part, std::span<const Triangle> triangles) {
+  const Bounds box = box_of(part);
+  if (triangles.empty()) return box;
+  const Bounds whole = bounds_of(triangles[part.primID]);
+  return {glm::clamp(box.lo, whole.lo, whole.hi), glm::clamp(box.hi, whole.lo, whole.hi)};
+}
+
 // Makes a leaf. Spatial splits may put two parts of one triangle into the same leaf; the leaf then holds one reference.
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* parts, std::size_t count, void* user) {
   const OrderedWork order(user);
   BuildNode* leaf = new_node(allocator);
   if (leaf == nullptr) return nullptr;
   for (std::size_t i = 0; i < count; ++i) {
-    const glm::vec3 lo(parts[i].lower_x, parts[i].lower_y, parts[i].lower_z);
-    const glm::vec3 hi(parts[i].upper_x, parts[i].upper_y, parts[i].upper_z);
-    leaf->box = i == 0 ? Bounds{lo, hi} : Bounds{glm::min(leaf->box.lo, lo), glm::max(leaf->box.hi, hi)};
+    const Bounds box = box_in_leaf(parts[i], job_of(user).triangles);
+    leaf->box = i == 0 ? box : Bounds{glm::min(leaf->box.lo, box.lo), glm::max(leaf->box.hi, box.hi)};
     std::uint32_t* const end = leaf->prims + leaf->count;
     if (std::find(leaf->prims, end, parts[i].primID) == end) leaf->prims[leaf->count++] = parts[i].primID;
   }
@@ -95,12 +111,26 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pa
 
 RTCBounds to_embree(const Bounds& b) { return {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0}; }
 
+// Returns the thickness that keeps the centre of a part on its side of the plane. Embree numbers sixteen bins in float32.
+// So the bin of a centre is off from the plane by up to 2^-22 of the extent of the references and 2^-22 of the
+// coordinate. This is twice as much, and the last term is for bins narrower than the normal range of float32.
+glm::vec3 least_thickness(const Bounds& scene) {
+  const glm::vec3 largest = glm::max(glm::abs(scene.lo), glm::abs(scene.hi));
+  return (scene.hi - scene.lo + largest) * 0x1p-21f + 0x1p-140f;
+}
+
+// Embree plans a split by its bins, splits what crosses the plane until the room is used up, and then sorts the parts by
+// the bins of their centres. It aborts the process if all lie on one side. That happened: slivers at the plane, which
+// the bins do not see, took the room, and both parts of each lay on the same side. So each part is made so thick that
+// its centre lies on its side, and then one split leaves no side empty.
 void split(const RTCBuildPrimitive* part, unsigned axis, float position, RTCBounds* left, RTCBounds* right,
            void* user) {
   const OrderedWork order(user);
-  const Bounds box{{part->lower_x, part->lower_y, part->lower_z}, {part->upper_x, part->upper_y, part->upper_z}};
-  const Triangle& triangle = job_of(user).triangles[part->primID];
-  const SplitBoxes boxes = split_reference(triangle, box, static_cast<int>(axis), position);
+  const Job& job = job_of(user);
+  const int k = static_cast<int>(axis);
+  SplitBoxes boxes = split_reference(job.triangles[part->primID], box_of(*part), k, position);
+  boxes.left.lo[k] = std::min(boxes.left.lo[k], position - job.thickness[k]);
+  boxes.right.hi[k] = std::max(boxes.right.hi[k], position + job.thickness[k]);
   *left = to_embree(boxes.left);
   *right = to_embree(boxes.right);
 }
@@ -134,6 +164,15 @@ std::size_t count_proper(std::span<const Triangle> triangles) {
 
 RTCBuildPrimitive part_of(const Bounds& b, std::size_t prim) {
   return {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, static_cast<unsigned>(prim)};
+}
+
+Bounds box_around(std::span<const RTCBuildPrimitive> parts) {
+  Bounds all = box_of(parts[0]);
+  for (const RTCBuildPrimitive& part : parts) {
+    all.lo = glm::min(all.lo, box_of(part).lo);
+    all.hi = glm::max(all.hi, box_of(part).hi);
+  }
+  return all;
 }
 
 void fill(std::vector<RTCBuildPrimitive>& parts, const Job& job) {
@@ -191,6 +230,9 @@ const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, 
   RTCError code = RTC_ERROR_NONE;
   for (unsigned depth = kFirstDepth; depth <= kLastDepth; depth *= 4) {
     fill(parts, job);
+    const Bounds scene = box_around(std::span(parts).first(count));
+    job.thickness = least_thickness(scene);
+    if (half_area(scene.lo, scene.hi) < kLeastArea) args.splitPrimitive = nullptr;
     args.maxDepth = depth;
     { const OrderedWork before(&job); }
     const void* root = rtcBuildBVH(&args);
@@ -208,7 +250,7 @@ const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, 
 Bvh build(std::span<const Triangle> triangles, std::span<const Bounds> boxes, std::size_t count,
           const BuildSettings& settings, const Progress& progress) {
   if (count == 0) return {};
-  Job job{triangles, boxes, progress, {}, 0, {}, {}};
+  Job job{triangles, boxes, progress, {}, {}, 0, {}, {}};
   const Device device(rtcNewDevice(nullptr));
   if (!device) {
     const RTCError error = rtcGetDeviceError(nullptr);

@@ -42,6 +42,25 @@ inline Triangles soup(std::size_t count, float size, std::uint32_t seed = 1) {
   return out;
 }
 
+/// Triangles between points of a coarse grid whose origin and spacing are rounded. So many vertices lie next to the planes
+/// that a builder splits at, off by the last digits.
+inline Triangles rounded_grid(std::uint32_t seed) {
+  Random random(seed);
+  const int steps = 1 + static_cast<int>(random.below(4));
+  const float spacing = random.in(0.1f, 3);
+  const glm::vec3 origin = random.point(5);
+  const std::size_t count = 30 + random.below(90);
+  const auto corner = [&] {
+    glm::vec3 p = origin;
+    for (int k = 0; k < 3; ++k) p[k] += spacing * static_cast<float>(random.below(steps + 1));
+    return p;
+  };
+  Triangles out(count);
+  for (Triangle& t : out)
+    for (glm::vec3& p : t) p = corner();
+  return out;
+}
+
 /// A wavy height field of 2 * side * side triangles over [-1, 1] squared.
 inline Triangles grid(int side, float height = 0.1f) {
   const auto at = [&](int i, int j) {

@@ -61,6 +61,24 @@ TEST(BvhBuild, AGeometricSeriesOfSizesNeedsADeepTree) {
   sound(triangles);
 }
 
+// Embree aborts the process if it splits a set and all of it lies on one side. Each of these scenes made it do that.
+TEST(BvhBuild, SplitsNextToVerticesLeaveNoSideEmpty) {
+  for (const std::uint32_t seed : {231u, 912u, 1702u, 1747u, 2224u, 2506u, 2663u})
+    for (const float budget : {0.1f, 0.25f, 0.5f, 1.0f})
+      for (const std::uint32_t leaf : {1u, 2u, 6u})
+        sound(shapes::rounded_grid(seed), {.max_leaf = leaf, .split_budget = budget});
+}
+
+TEST(BvhBuild, AreasBelowTheRangeOfFloatsAreNotSplit) {
+  for (const std::uint32_t seed : {5u, 11u, 29u, 39u, 61u, 69u, 95u})
+    for (const float scale : {1e-35f, 1e-37f, 1e-20f}) {
+      Triangles tiny = shapes::soup(20 + seed % 40, 1, seed);
+      for (Triangle& t : tiny)
+        for (glm::vec3& p : t) p *= scale;
+      EXPECT_EQ(sound(tiny, {.max_leaf = 1, .split_budget = 16}).stats.references, tiny.size());
+    }
+}
+
 TEST(BvhBuild, LeafLimitHolds) {
   const Triangles triangles = shapes::soup(500, 0.3f);
   for (std::uint32_t most = 1; most <= 6; ++most) sound(triangles, {.max_leaf = most});
