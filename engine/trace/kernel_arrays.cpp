@@ -17,9 +17,11 @@ KernelArrays::KernelArrays(DeviceTree& tree, const TreeReads& r) {
   if (r.pairs) nodes = &tree.nodes(r.access, r.source);
   if (format_of(r.format).encode) format = &tree.format(r.format, r.access, r.source);
   leaves = &tree.leaves(r.leaves, r.access.fetch, r.source);
-  if (!tree.forest()) return;
-  top = &tree.top(r.access.fetch);
-  meshes = &tree.mesh_table(r.format, r.access, r.leaves, r.source);
+  if (tree.forest()) {
+    top = &tree.top(r.access.fetch);
+    meshes = &tree.mesh_table(r.format, r.access, r.leaves, r.source);
+  }
+  tree.let_go();
 }
 
 void KernelArrays::bind(Kernel& kernel, Fetch fetch) const {

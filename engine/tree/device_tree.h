@@ -153,6 +153,11 @@ class DeviceTree {
   /// Returns the leaves, which all formats share.
   const Texels& leaves(LeafFormat format, Fetch fetch, Source source = Source::Host);
 
+  /// Frees what the host has made for uploads alone (MeshArrays::let_go()). To be called when a kernel has its arrays.
+  void let_go() {
+    for (MeshArrays& mesh : meshes_) mesh.let_go();
+  }
+
   /// Forests only: return the top-level tree with its instances, and the table of meshes for a kernel that reads these
   /// arrays.
   const Texels& top(Fetch fetch);

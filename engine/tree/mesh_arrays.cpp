@@ -1,6 +1,8 @@
 #include "engine/tree/mesh_arrays.h"
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <utility>
 
 #include "engine/bvh/padding.h"
@@ -19,6 +21,7 @@ void MeshArrays::replace(const Bvh& bvh, std::span<const Triangle> triangles, st
   spare_pairs_.clear();
   shapes_.clear();
   padded_boxes_.clear();
+  root_.reset();
   cache_.clear();
   refer(bvh, triangles);
   built_ = std::move(built);
@@ -36,24 +39,40 @@ void MeshArrays::moved(const Bvh& bvh, std::span<const Triangle> triangles) {
   revision_ = next_revision();
 }
 
-const PairTree& MeshArrays::pairs(NodeLayout layout, Padding padding) {
+MeshArrays::Kept& MeshArrays::kept(NodeLayout layout, Padding padding) {
   const auto key = std::pair(layout, padding);
   if (const auto found = pairs_.find(key); found != pairs_.end()) return found->second;
   if (padding == Padding::Tree && padded_boxes_.empty()) padded_boxes_ = padded_boxes(whole_bvh(), triangles());
   const std::span<const Bounds> boxes = padding == Padding::Tree ? padded_boxes_ : std::span<const Bounds>();
   PairTree room;
-  if (auto spare = spare_pairs_.extract(key)) room = std::move(spare.mapped());
-  return pairs_.emplace(key, encode_pairs(whole_bvh(), triangles(), layout, boxes, std::move(room))).first->second;
+  if (auto spare = spare_pairs_.extract(key)) room = std::move(spare.mapped().tree);
+  PairTree made = encode_pairs(whole_bvh(), triangles(), layout, boxes, std::move(room));
+  root_ = made.root;
+  return pairs_.emplace(key, Kept{std::move(made)}).first->second;
 }
 
-const PairTree& MeshArrays::any_pairs() {
-  return pairs_.empty() ? pairs(NodeLayout::Interleaved, Padding::Ray) : pairs_.begin()->second;
+MeshArrays::Kept& MeshArrays::any_kept() {
+  return pairs_.empty() ? kept(NodeLayout::Interleaved, Padding::Ray) : pairs_.begin()->second;
+}
+
+std::uint32_t MeshArrays::root() {
+  if (built_) return built_->built().root;
+  return root_ ? *root_ : any_kept().tree.root;
+}
+
+void MeshArrays::let_go() {
+  const auto runs = [](const auto& coming) {
+    return coming.second.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
+  };
+  if (has_moved_ || std::ranges::any_of(coming_, runs)) return;
+  std::erase_if(pairs_, [](const auto& pairs) { return !pairs.second.lent; });
+  padded_boxes_ = {};
 }
 
 void MeshArrays::prepare(const NodesKey& key) {
   const TreeFormat& row = format_of(key.id);
   if (!row.collapsed() || coming_.contains(key)) return;
-  const PairTree& from = pairs(key.layout, key.padding);
+  const PairTree& from = kept(key.layout, key.padding).tree;
   coming_.emplace(key, std::async(std::launch::async, [&row, &from, cache = cache_] {
                     return encode_cached(row, from, FRONTIER_NODES, cache);
                   }));
@@ -61,13 +80,13 @@ void MeshArrays::prepare(const NodesKey& key) {
 
 Encoded MeshArrays::encode(const NodesKey& key) {
   if (auto coming = coming_.extract(key)) return Encoded(coming.mapped().get());
-  const PairTree& from = pairs(key.layout, key.padding);
+  const PairTree& from = kept(key.layout, key.padding).tree;
   if (key.id == TreeFormatId::Pair) return Encoded(std::span(from.nodes));
   return Encoded(encode_cached(format_of(key.id), from, FRONTIER_NODES, cache_));
 }
 
 Encoded MeshArrays::encode(const LeavesKey& key) {
-  const PairTree& from = any_pairs();
+  const PairTree& from = any_kept().tree;
   if (key.format == LeafFormat::Affine) return Encoded(make_affine_leaves(from));
   return Encoded(std::span(from.leaves));
 }

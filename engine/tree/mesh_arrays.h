@@ -6,6 +6,7 @@
 #include <future>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -80,16 +81,18 @@ class MeshArrays {
   /// Returns true if the device writes the arrays of this source.
   bool writes_there(Source source) const { return source == Source::Device && built_; }
 
-  /// Returns the pair tree on the host, as it is uploaded.
-  const PairTree& pairs(NodeLayout layout, Padding padding);
+  /// Returns the pair tree on the host, as it is uploaded. It stays until the tree changes.
+  const PairTree& pairs(NodeLayout layout, Padding padding) { return lend(kept(layout, padding)); }
   /// Returns one of these that is there, in any layout; makes one if none is.
-  const PairTree& any_pairs();
+  const PairTree& any_pairs() { return lend(any_kept()); }
   /// Returns the child reference at which traversal begins. It is the same in every format.
-  std::uint32_t root() { return built_ ? built_->built().root : any_pairs().root; }
+  std::uint32_t root();
+  /// Frees what was made for uploads alone, unless triangles have moved: then it is made again for the next move.
+  void let_go();
 
   /// Begins to encode a format on another thread if that takes long. encode() waits for it.
   void prepare(const NodesKey& key);
-  /// Returns the texels of arrays that the host makes. They are valid until the tree changes.
+  /// Returns the texels of arrays that the host makes. They are valid until let_go(), or until the tree changes.
   Encoded encode(const NodesKey& key);
   Encoded encode(const LeavesKey& key);
 
@@ -105,6 +108,19 @@ class MeshArrays {
   void write_format(const NodesKey& key, const BufferPart& pairs, const BufferPart& to);
 
  private:
+  struct Kept {
+    PairTree tree;
+    bool lent = false;  // somebody may have a reference
+  };
+  using KeptPairs = std::map<std::pair<NodeLayout, Padding>, Kept>;
+
+  Kept& kept(NodeLayout layout, Padding padding);
+  Kept& any_kept();
+  static const PairTree& lend(Kept& kept) {
+    kept.lent = true;
+    return kept.tree;
+  }
+
   Context& gpu_;
   const Bvh* bvh_ = nullptr;
   std::span<const Triangle> triangles_;
@@ -113,9 +129,10 @@ class MeshArrays {
   std::filesystem::path cache_;  // of the first tree; empty: none
   std::uint64_t revision_ = 0;
   bool has_moved_ = false;
-  std::vector<Bounds> padded_boxes_;  // made on first use
-  std::map<std::pair<NodeLayout, Padding>, PairTree> pairs_;
-  std::map<std::pair<NodeLayout, Padding>, PairTree> spare_pairs_;   // of before moved(), whose memory is used again
+  std::vector<Bounds> padded_boxes_;   // made on first use
+  std::optional<std::uint32_t> root_;  // of pairs that were made on the host
+  KeptPairs pairs_;
+  KeptPairs spare_pairs_;                                            // of before moved(), whose memory is used again
   std::map<NodesKey, WideShape> shapes_;                             // of wide trees that the device has written
   std::map<NodesKey, std::future<std::vector<glm::uvec4>>> coming_;  // from prepare(). They read pairs_ until they end
 };
