@@ -35,8 +35,7 @@ bool Engine::rebuild_if_overdue() {
   if (forest_) return rebuild_meshes();
   if (!policies_[0].overdue()) return false;
   gpu_->finish();
-  late_.bring();
-  posed_.reset();
+  if (!tracer_->tree().built()) late_.bring();
   try_to_rebuild();
   make_renderers();
   return policies_[0].decay() == 1;
@@ -86,11 +85,15 @@ void Engine::adopt(SceneTree&& built) {
   tracer_->rebuilt(bvh_, scene_.triangles, features_.tree, std::move(built.there));
 }
 
-/// Builds the tree of the scene anew. If there is no room for it, the one at hand serves.
+/// Builds the tree of the scene anew, of the triangles that the device has if it made the tree. If there is no room for
+/// it, the one at hand serves.
 void Engine::try_to_rebuild() {
   try {
     const Timer timer;
-    adopt(build_tree(*gpu_, scene_.triangles, build_, false, {}));
+    if (const std::shared_ptr<DeviceBuild> built = tracer_->tree().built())
+      built->rebuild(), adopt({built->summary(), built});
+    else
+      adopt(build_tree(*gpu_, scene_.triangles, build_, false, {}));
     policies_[0].built(timer.seconds(), bvh_.stats.sah);
     update_.refitted = false;
   } catch (const Error&) {
