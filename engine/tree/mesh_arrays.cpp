@@ -23,6 +23,7 @@ void MeshArrays::replace(const Bvh& bvh, std::span<const Triangle> triangles, st
   padded_boxes_.clear();
   root_.reset();
   cache_.clear();
+  has_changed_ = bvh_ != nullptr;
   refer(bvh, triangles);
   built_ = std::move(built);
   has_moved_ = false;
@@ -35,7 +36,7 @@ void MeshArrays::moved(const Bvh& bvh, std::span<const Triangle> triangles) {
   padded_boxes_.clear();
   cache_.clear();
   refer(bvh, triangles);
-  has_moved_ = true;
+  has_moved_ = has_changed_ = true;
   revision_ = next_revision();
 }
 
@@ -64,7 +65,7 @@ void MeshArrays::let_go() {
   const auto runs = [](const auto& coming) {
     return coming.second.wait_for(std::chrono::seconds(0)) != std::future_status::ready;
   };
-  if (has_moved_ || std::ranges::any_of(coming_, runs)) return;
+  if (has_changed_ || std::ranges::any_of(coming_, runs)) return;
   std::erase_if(pairs_, [](const auto& pairs) { return !pairs.second.lent; });
   padded_boxes_ = {};
 }

@@ -87,7 +87,7 @@ class MeshArrays {
   const PairTree& any_pairs() { return lend(any_kept()); }
   /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
-  /// Frees what was made for uploads alone, unless triangles have moved: then it is made again for the next move.
+  /// Frees what was made for uploads alone, unless the tree has changed: then it may again, and kernels share the pairs.
   void let_go();
 
   /// Begins to encode a format on another thread if that takes long. encode() waits for it.
@@ -128,7 +128,7 @@ class MeshArrays {
   const LateVertices* late_ = nullptr;
   std::filesystem::path cache_;  // of the first tree; empty: none
   std::uint64_t revision_ = 0;
-  bool has_moved_ = false;
+  bool has_moved_ = false, has_changed_ = false;
   std::vector<Bounds> padded_boxes_;   // made on first use
   std::optional<std::uint32_t> root_;  // of pairs that were made on the host
   KeptPairs pairs_;
