@@ -6,6 +6,7 @@
 #include "engine/built_tree.h"
 #include "engine/core/stopwatch.h"
 #include "engine/scene/digest.h"
+#include "engine/scene/instances.h"
 #include "engine/tree/device_poser.h"
 
 namespace ballot {
@@ -40,8 +41,15 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   return m;
 }
 
-bool takes_builder(const DeviceInfo& device, std::size_t triangles) {
-  return DeviceBuilder::runs_on(device) && triangles <= DeviceBuilder::most_triangles(device);
+/// Returns true if the device can build all trees of a scene.
+bool takes_builder(const DeviceInfo& device, const Scene& scene) {
+  std::size_t largest = scene.triangles.size();
+  if (scene.instanced()) {
+    const std::vector<std::size_t> first = tree_layout(scene).first;
+    largest = 0;
+    for (std::size_t tree = 1; tree < first.size(); ++tree) largest = std::max(largest, first[tree] - first[tree - 1]);
+  }
+  return DeviceBuilder::runs_on(device) && largest <= DeviceBuilder::most_triangles(device);
 }
 
 }  // namespace
@@ -58,11 +66,10 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
   times_.device_s = opened_.seconds();
   for (const Query& q : options.queries)
     kernel_config_for(find_method(q.method), find_numeric(q.numeric), gpu_->info(), q.knobs);
-  build_.builder =
-      choose_builder(build_.builder, {.on_cpu_device = gpu_->info().is_cpu(),
-                                      .takes_builder = takes_builder(gpu_->info(), scene_.triangles.size()),
-                                      .triangles = scene_.triangles.size(),
-                                      .expected_rays = options.expected_rays});
+  build_.builder = choose_builder(build_.builder, {.on_cpu_device = gpu_->info().is_cpu(),
+                                                   .takes_builder = takes_builder(gpu_->info(), scene_),
+                                                   .triangles = scene_.triangles.size(),
+                                                   .expected_rays = options.expected_rays});
   use_cache_ = options.use_cache;
   const Timer timer;
   if (scene_.instanced()) {

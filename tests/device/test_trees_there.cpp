@@ -41,7 +41,11 @@ class TreesThere : public DeviceTest {
     const std::vector<Ray> rays = rays_for(forest, 700);
     std::vector<Hit> expected(rays.size()), hits(rays.size());
     here.trace(rays, expected, {.method = "while-while"});
-    for (const Query& q : every_instance_method(Want::Nearest, kDefaultNumeric)) {
+    std::vector<Query> queries = every_instance_method(Want::Nearest, kDefaultNumeric);
+    for (const char* fetch : {"storage", "reference"})  // one reads the whole buffer, the other its address
+      if (gpu_->info().buffer_address || fetch == std::string("storage"))
+        queries.push_back({.method = "bvh8", .knobs = {{"fetch", fetch}}});
+    for (const Query& q : queries) {
       there.trace(rays, hits, q);
       EXPECT_EQ(count_different(expected, hits), 0u) << there.variant(q).name();
     }
@@ -233,6 +237,41 @@ TEST_F(LargeMesh, StaysAsItWasAfterAnError) {
   move(engine, {0, moved.size(), {}, vertices_of(moved)}, UpdateMode::Refit);
   Engine fresh(scene_of(moved), options_for(BuilderId::Balanced));
   EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
+}
+
+// One mesh of a tree that holds several, beside instances.
+TEST_F(LargeMesh, MayShareItsTree) {
+  if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
+  const auto shared_scene = [](const Triangles& large) {
+    Scene scene = scene_of(large);
+    const std::size_t end = scene.triangles.size();
+    scene.instances = {};
+    scene.instances.first = {0, large.size() / 3, large.size(), end};
+    scene.instances.mesh_labels = {{.id = 0, .in_world = true}, {.id = 1, .in_world = true}, {.id = 2}};
+    scene.instances.placements = {{0, {}}, {1, {}}, {2, moved({0, 1, 0})}, {2, moved({1, 1, 0})}};
+    finish_scene(scene);
+    return scene;
+  };
+  const Triangles start = grid(0);
+  Triangles now = start;
+  Engine engine(shared_scene(start), options_for(BuilderId::Device));
+  ASSERT_EQ(engine.forest()->meshes().size(), 2u);
+  const std::size_t parts[][2] = {{start.size() / 3, start.size()}, {0, start.size() / 3}};
+  for (const auto& [first, end] : parts) {
+    const Triangles other = grid(float(end));
+    std::copy(other.begin() + std::ptrdiff_t(first), other.begin() + std::ptrdiff_t(end),
+              now.begin() + std::ptrdiff_t(first));
+    const std::vector<glm::vec3> positions =
+        vertices_of({now.begin() + std::ptrdiff_t(first), now.begin() + std::ptrdiff_t(end)});
+    ASSERT_TRUE(engine.takes_vertices(first));
+    ASSERT_TRUE(engine.set_vertices({first, end - first, {}, positions}, UpdateMode::Refit));
+    Engine fresh(shared_scene(now), options_for(BuilderId::Balanced));
+    EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
+    const MeshExtents &found = engine.forest()->meshes()[0].extents, &truth = fresh.forest()->meshes()[0].extents;
+    EXPECT_EQ(found.largest_triangle, truth.largest_triangle);
+    EXPECT_EQ(found.bounds.hi, truth.bounds.hi);
+    EXPECT_EQ(engine.scene().triangles, fresh.scene().triangles);
+  }
 }
 
 // Triangles that fall together have no tree; they get one again.
