@@ -42,7 +42,7 @@ class OracleScene {
   OracleScene(const PairTree& tree, std::span<const Triangle> triangles = {}) : trees_{&tree}, triangles_(triangles) {}
   /// A forest, which must keep its transforms, and the pair trees of its meshes. Keeps references.
   OracleScene(const Forest& forest, std::vector<const PairTree*> trees);
-  /// The same; makes the pair trees.
+  /// The same; makes the pair trees of trees that all have their nodes.
   OracleScene(const Forest& forest);
 
   /// Returns the forest, or null if this is a single tree.

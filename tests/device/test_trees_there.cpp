@@ -207,6 +207,11 @@ TEST_F(LargeMesh, FollowsItsVerticesOnTheDevice) {
     EXPECT_EQ(engine.forest()->meshes()[0].extents.largest_triangle,
               fresh.forest()->meshes()[0].extents.largest_triangle);
     EXPECT_EQ(engine.triangle(17), moved[17]);
+    const auto batch = engine.make_batch("rays", shapes::random_rays(200), Want::Nearest);
+    const ExactTruth truth = engine.checker().exact_truth(*batch);  // of nodes that are read back
+    EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
+    EXPECT_EQ(engine.checker().verify(*batch, truth, {.method = "while-while"}).beyond_bound, 0u);
+    EXPECT_GT(std::ranges::count_if(truth.hits, [](const ExactHit& hit) { return hit.prim != NO_HIT; }), 20);
     SceneChange places{.transforms = engine.forest()->transforms()};
     engine.commit(places);
     EXPECT_EQ(engine.scene().triangles, fresh.scene().triangles);
@@ -220,19 +225,21 @@ TEST_F(LargeMesh, StaysAsItWasAfterAnError) {
   if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
   const Triangles start = grid(0);
   Engine engine(scene_of(start), options_for(BuilderId::Device));
-  const std::vector<Hit> before = hits_of(engine);
   std::vector<glm::vec3> positions = vertices_of(start);
+  const std::vector<Hit> before = hits_of(engine);
   for (const float bad : {NAN, INFINITY, -2e12f}) {
     positions[5].z = bad;
     EXPECT_THROW(move(engine, {0, start.size(), {}, positions}, UpdateMode::Refit), Error) << bad;
     EXPECT_EQ(count_different(before, hits_of(engine)), 0u) << bad;
   }
   positions[5].z = 5e9f;  // an instance that is scaled leaves the range
-  for (const UpdateMode mode : {UpdateMode::Refit, UpdateMode::Rebuild}) {
-    EXPECT_THROW(move(engine, {0, start.size(), {}, positions}, mode), Error);
-    EXPECT_EQ(count_different(before, hits_of(engine)), 0u) << int(mode);
-    EXPECT_EQ(engine.scene().triangles[1], start[1]);
-  }
+  for (const bool top_there : {false, true})
+    for (const UpdateMode mode : {UpdateMode::Refit, UpdateMode::Rebuild}) {
+      engine.tracer().tree().set_moves_on_device(top_there);
+      EXPECT_THROW(move(engine, {0, start.size(), {}, positions}, mode), Error);
+      EXPECT_EQ(count_different(before, hits_of(engine)), 0u) << int(mode);
+      EXPECT_EQ(engine.scene().triangles[1], start[1]);
+    }
   const Triangles moved = grid(3);
   move(engine, {0, moved.size(), {}, vertices_of(moved)}, UpdateMode::Refit);
   Engine fresh(scene_of(moved), options_for(BuilderId::Balanced));
@@ -263,8 +270,7 @@ TEST_F(LargeMesh, MayShareItsTree) {
               now.begin() + std::ptrdiff_t(first));
     const std::vector<glm::vec3> positions =
         vertices_of({now.begin() + std::ptrdiff_t(first), now.begin() + std::ptrdiff_t(end)});
-    ASSERT_TRUE(engine.takes_vertices(first));
-    ASSERT_TRUE(engine.set_vertices({first, end - first, {}, positions}, UpdateMode::Refit));
+    move(engine, {first, end - first, {}, positions}, UpdateMode::Refit);
     Engine fresh(shared_scene(now), options_for(BuilderId::Balanced));
     EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
     const MeshExtents &found = engine.forest()->meshes()[0].extents, &truth = fresh.forest()->meshes()[0].extents;

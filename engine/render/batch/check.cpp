@@ -20,8 +20,13 @@ bool untouched(const Hit& hit) {
 }
 
 OracleScene scene_of(Tracer& tracer) {
-  if (const Forest* forest = tracer.tree().forest()) return *forest;
-  return {tracer.pair_tree(NodeLayout::Interleaved), tracer.tree().triangles()};
+  DeviceTree& tree = tracer.tree();
+  const Forest* forest = tree.forest();
+  if (!forest) return {tracer.pair_tree(NodeLayout::Interleaved), tree.triangles()};
+  std::vector<const PairTree*> pairs;
+  for (std::size_t mesh = 0; mesh < forest->meshes().size(); ++mesh)
+    pairs.push_back(&tree.mesh_pairs(mesh, NodeLayout::Interleaved, Padding::Ray));
+  return {*forest, std::move(pairs)};
 }
 
 }  // namespace
