@@ -11,7 +11,8 @@
 #include <vector>
 
 #include "engine/bvh/builders.h"
-#include "engine/scene/scene.h"
+#include "engine/core/geometry.h"
+#include "engine/scene/features.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot {

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/core/geometry.h"
 #include "shaders/shared/query.h"
 
 namespace ballot {

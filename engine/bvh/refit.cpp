@@ -7,6 +7,7 @@
 #include "engine/bvh/build.h"
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
+#include "engine/scene/scene.h"
 
 namespace ballot {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/core/geometry.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot {

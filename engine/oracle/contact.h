@@ -2,8 +2,8 @@
 // in double precision on the CPU, for tests and tools.
 #pragma once
 
+#include "engine/core/geometry.h"
 #include "engine/formats/pair.h"
-#include "engine/scene/scene.h"
 
 namespace ballot {
 

@@ -2,7 +2,7 @@
 // derives the bounds.
 #pragma once
 
-#include "engine/scene/scene.h"
+#include "engine/core/geometry.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot {

@@ -7,12 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/core/want.h"
 #include "engine/oracle/oracle_scene.h"
 
 namespace ballot {
-
-/// The hit that a ray asks for: the nearest one, or any.
-enum class Want : std::uint32_t { Nearest = 0, Any = 1 };
 
 /// A hit in double precision; prim is NO_HIT on a miss.
 struct OracleHit {
@@ -36,10 +34,6 @@ struct Judgement {
   /// Counts the verdict on one more ray.
   void add(Verdict verdict);
 };
-
-/// The triangle test that made the answers, whose rounding error the judge allows for. Exact: the test decides without
-/// rounding, so no answer is a tie; t must lie within one ulp of float32 of the exact t, and u and v within 2^-22.
-enum class Arithmetic { Woop, MoellerTrumbore, WoopAffine, Exact };
 
 /// The rounding error that the judge allows for a ray and a triangle.
 struct Allowance {

@@ -3,8 +3,8 @@
 
 #include <compare>
 
+#include "engine/core/geometry.h"
 #include "engine/oracle/dyadic.h"
-#include "engine/scene/scene.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot {

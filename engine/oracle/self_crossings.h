@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/bvh/bvh.h"
-#include "engine/scene/scene.h"
+#include "engine/core/geometry.h"
 
 namespace ballot {
 

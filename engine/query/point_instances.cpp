@@ -9,6 +9,7 @@
 
 #include "engine/core/parallel.h"
 #include "engine/tree/tree_arrays.h"
+#include "shaders/shared/query.h"
 
 namespace ballot {
 

@@ -7,13 +7,9 @@
 #include <string_view>
 #include <vector>
 
-namespace ballot {
+#include "engine/core/geometry.h"
 
-/// The transform of an instance: world = m[r][0] x + m[r][1] y + m[r][2] z + m[r][3] for r = 0, 1, 2. Row by row.
-struct Transform {
-  float m[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
-};
-static_assert(sizeof(Transform) == 48);
+namespace ballot {
 
 inline constexpr std::uint32_t kMeetsAll = 0xFFFFFFFF;
 

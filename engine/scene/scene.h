@@ -15,20 +15,13 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/core/geometry.h"
 #include "engine/scene/features.h"
 #include "engine/scene/light.h"
 #include "engine/scene/material.h"
 #include "engine/scene/placement.h"
 
 namespace ballot {
-
-using Triangle = std::array<glm::vec3, 3>;  // the vertices, in scene units; 36 bytes
-static_assert(sizeof(Triangle) == 36);
-
-/// An axis-aligned box.
-struct Bounds {
-  glm::vec3 lo{0}, hi{0};
-};
 
 /// A camera. Its frame is right-handed; it looks along -z with +y up, as in glTF.
 struct View {

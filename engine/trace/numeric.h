@@ -5,8 +5,8 @@
 
 #include <string_view>
 
+#include "engine/core/want.h"
 #include "engine/formats/pair.h"
-#include "engine/oracle/oracle.h"
 #include "shaders/shared/variant.h"
 
 namespace ballot {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "engine/scene/scene.h"
+#include "engine/core/geometry.h"
 #include "engine/trace/dispatch.h"
 #include "engine/tree/build/radix_sort.h"
 #include "shaders/shared/reorder.h"

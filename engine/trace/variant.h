@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "engine/oracle/oracle.h"
+#include "engine/core/want.h"
 #include "engine/trace/knobs.h"
 #include "engine/trace/numeric.h"
 #include "engine/vk/kernel.h"

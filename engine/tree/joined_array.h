@@ -1,6 +1,7 @@
 // An array of all meshes of a scene in one buffer.
 #pragma once
 
+#include <glm/vec4.hpp>
 #include <optional>
 #include <span>
 #include <vector>

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 
-#include "engine/scene/scene.h"
+#include "engine/core/geometry.h"
 
 namespace ballot {
 

@@ -43,8 +43,6 @@ int floor_of(const std::string& path) {
 TEST(Layering, DependenciesPointOneWay) {
   for (const fs::path& file : sources("engine"))
     for (const std::string& line : includes(file)) {
-      // npy.h writes triangles, the only record of scene that core knows.
-      if (file.filename().string().starts_with("npy")) continue;
       const int there = floor_of(line);
       EXPECT_TRUE(there < 0 || there <= floor_of(file.string())) << file << ": " << line;
     }

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "engine/scene/scene.h"
+#include "engine/core/geometry.h"
 #include "engine/trace/query.h"
 
 namespace ballot {

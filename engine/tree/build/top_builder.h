@@ -2,6 +2,8 @@
 // refitted.
 #pragma once
 
+#include <glm/vec2.hpp>
+
 #include "engine/bvh/forest.h"
 #include "engine/tree/build/device_builder.h"
 
