@@ -136,7 +136,7 @@ void Presenter::create_swapchain(VkExtent2D window) {
     extent_.width = std::clamp(window.width, can.minImageExtent.width, can.maxImageExtent.width);
     extent_.height = std::clamp(window.height, can.minImageExtent.height, can.maxImageExtent.height);
   }
-  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window's images");
+  gpu_.wait_idle("waiting for the window's images");
   destroy_images();
   const VkSwapchainKHR old = std::exchange(swapchain_, VK_NULL_HANDLE);
   VkResult result = VK_SUCCESS;
@@ -242,7 +242,7 @@ bool Presenter::show(const ShownPicture& picture, const Paint& paint, std::uint3
   if (window_width == 0 || window_height == 0 || !acquire({window_width, window_height}, index)) return false;
   if (picture.pixels && !fits(picture)) make_small(picture);
   const PassScope scope(gpu_);
-  gpu_.submit("a frame of the window", [&](VkCommandBuffer cmd) { record(cmd, images_[index], picture, paint); });
+  gpu_.submit("a frame of the window", [&](Commands& cmd) { record(cmd.handle(), images_[index], picture, paint); });
   last_ms_ = gpu_.last_ms();
   VkPresentInfoKHR present{};
   present.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR;

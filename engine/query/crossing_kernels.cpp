@@ -161,8 +161,7 @@ void CrossingKernels::sum_counts(std::uint32_t count, TraceTimes& times) {
   sums_->bind(BIND_TILES, buffer_for(tiles_, gpu_, tiles, "sums of crossings"));
   for (const std::uint32_t step : {PLACES_TILES, PLACES_SUM, PLACES_PLACE}) {
     const PlacesPush push{count, tiles, step};
-    gpu_.submit(sums_->name(),
-                [&](VkCommandBuffer cmd) { sums_->dispatch(cmd, step == PLACES_SUM ? 1 : tiles, push); });
+    gpu_.submit(sums_->name(), [&](Commands& cmd) { sums_->dispatch(cmd, step == PLACES_SUM ? 1 : tiles, push); });
     times.device_ms += gpu_.last_ms();
     ++times.dispatches;
   }

@@ -53,7 +53,7 @@ void PointQueries::Parts::write_signs(int what, const RawBuffer& to, std::uint32
   kernel->bind(what == SIGNS_INSIDE ? BIND_CROSSINGS : BIND_DISTANCES, to);
   const SignsPush push{count, first};
   gpu.submit(kernel->name(),
-             [&](VkCommandBuffer cmd) { kernel->dispatch(cmd, (count + SIGNS_GROUP - 1) / SIGNS_GROUP, push); });
+             [&](Commands& cmd) { kernel->dispatch(cmd, (count + SIGNS_GROUP - 1) / SIGNS_GROUP, push); });
   times.device_ms += gpu.last_ms();
   ++times.dispatches;
 }

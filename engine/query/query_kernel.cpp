@@ -120,7 +120,7 @@ std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, const T
     const auto some = std::uint32_t(std::min<std::uint64_t>(count - done, size_.most(target_ms)));
     push.ray_begin = first + done;
     push.ray_end = push.ray_begin + some;
-    gpu_.submit(kernel_->name(), [&](VkCommandBuffer cmd) {
+    gpu_.submit(kernel_->name(), [&](Commands& cmd) {
       kernel_->dispatch(cmd, (some + config_.workgroup - 1) / config_.workgroup, &pushes, push_bytes(tree_));
     });
     size_.add(some, gpu_.last_ms());

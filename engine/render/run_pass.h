@@ -14,7 +14,7 @@ inline void run_pass(Context& gpu, Kernel& kernel, std::uint32_t count, const vo
                      double& ms) {
   gpu.pass(
       kernel.name(),
-      [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, (count + kPassGroup - 1) / kPassGroup, push, push_bytes); },
+      [&](Commands& cmd) { kernel.dispatch(cmd, (count + kPassGroup - 1) / kPassGroup, push, push_bytes); },
       [&ms](double spent) { ms += spent; });
 }
 

@@ -74,7 +74,7 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   if (lists) kernels_.list_is_empty() = false;
   Work work{push.ray_begin, 0};
   if (reports(job.variant)) kernels_.work().upload(std::span(&work, 1));
-  gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) {
+  gpu_.submit(kernel.name(), [&](Commands& cmd) {
     if (clears) clear_list(cmd, *list);
     kernel.dispatch(cmd, groups_for(job.variant, push.ray_end - push.ray_begin), &pushes, push_bytes(tree_));
   });
@@ -91,10 +91,10 @@ Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& 
   return {next, work.unfinished};
 }
 
-void Dispatcher::clear_list(VkCommandBuffer cmd, const Buffer<std::uint32_t>& list) const {
+void Dispatcher::clear_list(Commands& cmd, const Buffer<std::uint32_t>& list) const {
   const IndirectArgs none{0, 1, 1, 0};
-  gpu_.vk().CmdUpdateBuffer(cmd, list.handle(), list.offset(), sizeof none, &none);
-  gpu_.memory_barrier(cmd);
+  cmd.write(list, none);
+  cmd.barrier();
 }
 
 /// Traces the rays that a kernel has listed. Returns how many of them the driver cut short.
@@ -171,15 +171,15 @@ void Dispatcher::record(const Recorded& r, Context::Done done) {
     if (list) k->bind(BIND_DOUBTFUL, *list);
   gpu_.pass(
       kernel.name(),
-      [&](VkCommandBuffer cmd) {
-        if (counts) gpu_.vk().CmdFillBuffer(cmd, kernels_.work().handle(), 0, VK_WHOLE_SIZE, 0);
+      [&](Commands& cmd) {
+        if (counts) cmd.fill(kernels_.work(), 0);
         if (lists) clear_list(cmd, *list);
-        if (counts) gpu_.memory_barrier(cmd);
+        if (counts) cmd.barrier();
         r.dispatch(cmd);
         if (!lists) return;
         TracePushes rest = r.push;
         rest.trace.ray_end = kUnbounded;
-        gpu_.memory_barrier(cmd);
+        cmd.barrier();
         taking->dispatch(cmd, *list, 0, &rest, push_bytes(tree_));
       },
       [spent = traced_ms_, sizes = sizes_, &size = size_of(v), count = r.count, done = std::move(done)](double ms) {
@@ -204,7 +204,7 @@ void Dispatcher::record(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hi
                 k.bind(BIND_HITS, hits);
               },
           .dispatch =
-              [&](VkCommandBuffer cmd) {
+              [&](Commands& cmd) {
                 kernel.dispatch(cmd, indirect.args, indirect.index * sizeof(IndirectArgs), &push, push_bytes(tree_));
               },
           .push = push},
@@ -239,7 +239,7 @@ void Dispatcher::record_rays(const Job& job, std::uint32_t count, std::uint32_t 
   TracePushes push = push_for(job, {tree_.root()});
   push.trace.ray_end = count;
   push.trace.camera = camera;
-  const auto dispatch = [&](VkCommandBuffer cmd) {
+  const auto dispatch = [&](Commands& cmd) {
     job.kernel->kernel->dispatch(cmd, groups_for(job.variant, count), &push, push_bytes(tree_));
   };
   record({job, count, count, std::move(bind), dispatch, push}, std::move(done));

@@ -80,15 +80,15 @@ class Dispatcher {
   std::uint32_t groups_for(const Variant& variant, std::uint32_t rays) const;
   TracePushes push_for(const Job& job, const TreePiece& from) const;
   Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& push, TraceTimes& times);
-  void clear_list(VkCommandBuffer cmd, const Buffer<std::uint32_t>& list) const;
+  void clear_list(Commands& cmd, const Buffer<std::uint32_t>& list) const;
   std::uint32_t run_doubtful(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& pushes,
                              TraceTimes& times);
   /// What the kernels of one recorded trace have in common.
   struct Recorded {
     const Job& job;
-    std::uint32_t count, most;                      // rays; `count` is 0 if the device knows it
-    std::function<void(Kernel&)> bind;              // binds rays and hits
-    std::function<void(VkCommandBuffer)> dispatch;  // of the job's kernel
+    std::uint32_t count, most;                // rays; `count` is 0 if the device knows it
+    std::function<void(Kernel&)> bind;        // binds rays and hits
+    std::function<void(Commands&)> dispatch;  // of the job's kernel
     TracePushes push;
   };
   void record(const Recorded& recorded, Context::Done done);

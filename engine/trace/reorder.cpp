@@ -76,8 +76,7 @@ Buffer<RayStats>& Reorder::stats() {
 void Reorder::pass(Kernel& kernel, const Context::Done& done) {
   gpu_.pass(
       kernel.name(),
-      [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, (push_.count + REORDER_GROUP - 1) / REORDER_GROUP, push_); },
-      done);
+      [&](Commands& cmd) { kernel.dispatch(cmd, (push_.count + REORDER_GROUP - 1) / REORDER_GROUP, push_); }, done);
 }
 
 void Reorder::sort(const GivenRays& given, const Bounds& scene, const Context::Done& done) {

@@ -66,12 +66,11 @@ std::span<Ray> StreamRing::room(Slot& slot) const {
 
 void StreamRing::copy(Slot& slot, bool in) {
   if (!slot.rays_there) return;
-  gpu_.pass(in ? "copying rays in" : "copying hits out", [&](VkCommandBuffer cmd) {
-    const VkBufferCopy region{0, 0, slot.count * (in ? sizeof(Ray) : sizeof(Hit))};
+  gpu_.pass(in ? "copying rays in" : "copying hits out", [&](Commands& cmd) {
     if (in)
-      gpu_.vk().CmdCopyBuffer(cmd, slot.rays_there->handle(), slot.rays.handle(), 1, &region);
+      cmd.copy(*slot.rays_there, slot.rays, slot.count * sizeof(Ray));
     else
-      gpu_.vk().CmdCopyBuffer(cmd, slot.hits.handle(), slot.hits_there->handle(), 1, &region);
+      cmd.copy(slot.hits, *slot.hits_there, slot.count * sizeof(Hit));
   });
 }
 

@@ -8,7 +8,7 @@ namespace ballot {
 namespace {
 
 struct TuningRow {
-  VkDriverId driver;
+  Driver driver;
   std::uint32_t from, to;  // Mesa versions [from, to) as 220306; 0 and 0xFFFFFFFF for any
   void (*tune)(const Method&, const NumericMode&, KernelConfig&);
 };
@@ -18,14 +18,14 @@ const TuningRow kTuningRows[] = {
     // loses time to traversals that are cut short and traced again. Where idle lanes take new rays, a subgroup waits
     // for its last rays once, so 64 batches are 1.03 to 1.06 times as fast (tools/measured/traversal.md); decisions of
     // mode exact loop too. The driver also executes the code that lanes branch around (jump).
-    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 250000,
+    {Driver::Llvmpipe, 0, 250000,
      [](const Method& m, const NumericMode& numeric, KernelConfig& f) {
        f.batches = m.refills() && !numeric.needs_float64 ? 64 : 16;
        f.jump = false;
      }},
     // Mesa 25 and later: loops run to their end (device test Vulkan.TheTuningTableKnowsDriversThatCutLoops). Each texel
     // costs a call that returns its words through memory, so node pairs of three texels are used (Compact).
-    {VK_DRIVER_ID_MESA_LLVMPIPE, 250000, 0xFFFFFFFF,
+    {Driver::Llvmpipe, 250000, 0xFFFFFFFF,
      [](const Method& m, const NumericMode&, KernelConfig& f) {
        f.loops_cut = false;
        f.resident_lanes = 2048;  // workgroups for 32 threads; later workgroups would find no rays left
@@ -34,7 +34,7 @@ const TuningRow kTuningRows[] = {
      }},
     // Every version of lavapipe: subgroupBarrier() runs as a workgroup barrier, and subgroups that have left the loop
     // are lost (seen on 25.0.7).
-    {VK_DRIVER_ID_MESA_LLVMPIPE, 0, 0xFFFFFFFF,
+    {Driver::Llvmpipe, 0, 0xFFFFFFFF,
      [](const Method&, const NumericMode&, KernelConfig& f) {
        f.subgroup_barrier = false;
        // A mispredicted branch per lane costs more than a store. Measured with while-while on sponza and conference: ao
@@ -61,7 +61,7 @@ const TuningRow kTuningRows[] = {
     // The other methods gain as much: stack-max 1.10, 1.14, 1.07. Boxes padded in the tree, watertight, three scenes:
     // while-while 1.15, frontier 1.11, dynamic-fetch 1.10. Pairs in 48 bytes: 1.11, 1.06, 1.00 more (diffuse rays 1.14,
     // 1.11, 1.03); packets, whose lanes share a load, 0.99.
-    {VK_DRIVER_ID_NVIDIA_PROPRIETARY, 0, 0xFFFFFFFF,
+    {Driver::Nvidia, 0, 0xFFFFFFFF,
      [](const Method& m, const NumericMode& numeric, KernelConfig& f) {
        f.products = Products::Fma;
        f.loops_cut = false;
@@ -155,7 +155,7 @@ KernelConfig kernel_config_for(const Method& method, const NumericMode& numeric,
   f.packet_stack = device.shuffle ? PacketStack::Lanes : PacketStack::Shared;
   for (const TuningRow& row : kTuningRows) {
     const std::uint32_t version = device.mesa_version();
-    if (row.driver == device.driver_id && version >= row.from && version < row.to) row.tune(method, numeric, f);
+    if (row.driver == device.known_driver() && version >= row.from && version < row.to) row.tune(method, numeric, f);
   }
   apply_knobs(f, knobs);
   check_knobs(method, f, knobs);

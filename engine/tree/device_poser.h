@@ -41,7 +41,7 @@ template <class Push>
 void run_pose(Context& gpu, Kernel& kernel, std::uint32_t items, const Push& push) {
   if (items == 0) return;
   const std::uint32_t groups = std::min((items - 1) / POSE_GROUP + 1, gpu.info().max_group_count_x);
-  gpu.pass(kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); });
+  gpu.pass(kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups, push); });
 }
 
 /// Returns the source of the kernel.

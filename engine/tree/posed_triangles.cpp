@@ -151,8 +151,7 @@ std::optional<Bounds> PosedTriangles::pose(const NodePose& nodes) {
   }
   kernels_->triangles->bind(BIND_POSE_TRIANGLES, *triangles_);
   const PoseState empty = empty_pose_state();
-  gpu_.pass("beginning a pose",
-            [&](VkCommandBuffer cmd) { gpu_.vk().CmdUpdateBuffer(cmd, m.state.handle(), 0, sizeof empty, &empty); });
+  gpu_.pass("beginning a pose", [&](Commands& cmd) { cmd.write(m.state, empty); });
   if (moving_ == 0) return still_.value_or(Bounds{});
   run_pose(gpu_, *kernels_->triangles, moving_, MovePush{moving_, parts_});
   PoseState state;

@@ -242,8 +242,8 @@ void RawBuffer::copy_parts(const RawBuffer& other, std::span<const Part> parts) 
     regions.push_back({other.offset_ + p.from, offset_ + p.to, p.bytes});
   }
   if (regions.empty()) return;
-  gpu_->submit("a copy of " + other.name_, [&](VkCommandBuffer cmd) {
-    gpu_->vk().CmdCopyBuffer(cmd, other.buffer_, buffer_, std::uint32_t(regions.size()), regions.data());
+  gpu_->submit("a copy of " + other.name_, [&](Commands& cmd) {
+    gpu_->vk().CmdCopyBuffer(cmd.handle(), other.buffer_, buffer_, std::uint32_t(regions.size()), regions.data());
   });
 }
 
@@ -263,9 +263,10 @@ void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint
   for (std::uint64_t done = 0; done < bytes; done += kStagingBytes) {
     const std::uint64_t part = std::min(bytes - done, kStagingBytes);
     if (from) copy_bytes(staging.mapped, static_cast<const std::byte*>(from) + done, part);
-    gpu_->submit("a copy of " + name_, [&](VkCommandBuffer cmd) {
+    gpu_->submit("a copy of " + name_, [&](Commands& cmd) {
       const VkBufferCopy region{from ? 0 : offset + done, from ? offset + done : 0, part};
-      gpu_->vk().CmdCopyBuffer(cmd, from ? staging.buffer : buffer_, from ? buffer_ : staging.buffer, 1, &region);
+      gpu_->vk().CmdCopyBuffer(cmd.handle(), from ? staging.buffer : buffer_, from ? buffer_ : staging.buffer, 1,
+                               &region);
     });
     if (to) copy_bytes(static_cast<std::byte*>(to) + done, staging.mapped, part);
   }

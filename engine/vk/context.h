@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/vk/api.h"
+#include "engine/vk/commands.h"
 
 namespace ballot {
 
@@ -20,6 +20,9 @@ namespace ballot {
 struct Pipelines;
 struct Staging;
 class StreamRing;
+
+/// The drivers that Ballot treats differently from others.
+enum class Driver { Other, Llvmpipe, Nvidia };
 
 /// The properties and features of a device that matter to Ballot.
 struct DeviceInfo {
@@ -54,6 +57,9 @@ struct DeviceInfo {
   std::vector<std::string> lacks;        // optional features that it lacks, and what that costs
 
   bool is_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+  /// Returns true for a GPU with memory of its own.
+  bool is_discrete() const { return type == VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU; }
+  Driver known_driver() const;
   /// Returns the version of a Mesa driver as a number (22.3.6 as 220306), or 0 for other drivers.
   std::uint32_t mesa_version() const;
 };
@@ -111,7 +117,7 @@ class Context {
   bool keeps_statistics() const { return statistics_; }
   bool validating() const { return messenger_ != VK_NULL_HANDLE; }
 
-  using Record = std::function<void(VkCommandBuffer)>;
+  using Record = std::function<void(Commands&)>;
   using Done = std::function<void(double ms)>;
 
   /// Records a pass after all earlier ones. `what` names the work in errors (above all if the device is lost). After
@@ -138,12 +144,10 @@ class Context {
   void check(VkResult result, const char* what, const char* object = "");
   /// Returns true if the device is lost.
   bool is_lost() const { return !lost_.empty(); }
+  /// Waits until the device has nothing to do, its presentation included. Throws as vk_check(); `what` names the work.
+  void wait_idle(const char* what) const;
   /// Waits for a fence, however long it takes.
   VkResult wait_for(VkFence fence) const;
-
-  /// Makes writes of earlier dispatches and copies visible to later dispatches, to their indirect arguments, and to
-  /// copies.
-  void memory_barrier(VkCommandBuffer cmd) const;
 
   /// Records a pass and waits for it.
   void submit(const std::string& what, const Record& record);
@@ -181,6 +185,8 @@ class Context {
   /// Error(Work) if there is none.
   std::uint32_t memory_type(std::uint32_t bits, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags preferred) const;
   VkMemoryPropertyFlags memory_flags(std::uint32_t type) const { return memory_.memoryTypes[type].propertyFlags; }
+  /// Returns the bytes of the memory that the device works in.
+  std::uint64_t own_memory() const { return heap_bytes(memory_type(~0u, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0)); }
   std::uint64_t heap_bytes(std::uint32_t type) const {
     return memory_.memoryHeaps[memory_.memoryTypes[type].heapIndex].size;
   }

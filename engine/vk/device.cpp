@@ -226,6 +226,11 @@ std::vector<std::string> refusals_of(const DeviceProperties& p, const DeviceFeat
   return refusals;
 }
 
+Driver DeviceInfo::known_driver() const {
+  if (driver_id == VK_DRIVER_ID_MESA_LLVMPIPE) return Driver::Llvmpipe;
+  return driver_id == VK_DRIVER_ID_NVIDIA_PROPRIETARY ? Driver::Nvidia : Driver::Other;
+}
+
 std::uint32_t DeviceInfo::mesa_version() const {
   const bool mesa = driver_id == VK_DRIVER_ID_MESA_LLVMPIPE || driver_id == VK_DRIVER_ID_MESA_RADV ||
                     driver_id == VK_DRIVER_ID_INTEL_OPEN_SOURCE_MESA || driver_id == VK_DRIVER_ID_MESA_TURNIP;

@@ -97,7 +97,7 @@ VkDescriptorSet Kernel::set_for_bound() {
   return set->set;
 }
 
-void Kernel::begin_dispatch(VkCommandBuffer cmd, const void* push, std::uint32_t push_bytes) {
+void Kernel::begin_dispatch(Commands& cmd, const void* push, std::uint32_t push_bytes) {
   if (push_bytes != pipeline_->reflection().push_bytes)
     fail(Failure::Work, "kernel {} wants {} bytes of push constants, not {}", name_, pipeline_->reflection().push_bytes,
          push_bytes);
@@ -106,31 +106,32 @@ void Kernel::begin_dispatch(VkCommandBuffer cmd, const void* push, std::uint32_t
     VkDebugUtilsLabelEXT label{};
     label.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT;
     label.pLabelName = name_.c_str();
-    gpu_.vk().CmdBeginDebugUtilsLabelEXT(cmd, &label);
+    gpu_.vk().CmdBeginDebugUtilsLabelEXT(cmd.handle(), &label);
   }
-  gpu_.vk().CmdBindPipeline(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->pipeline());
-  gpu_.vk().CmdBindDescriptorSets(cmd, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1, &set, 0, nullptr);
+  gpu_.vk().CmdBindPipeline(cmd.handle(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->pipeline());
+  gpu_.vk().CmdBindDescriptorSets(cmd.handle(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline_->layout(), 0, 1, &set, 0,
+                                  nullptr);
   if (push_bytes)
-    gpu_.vk().CmdPushConstants(cmd, pipeline_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
+    gpu_.vk().CmdPushConstants(cmd.handle(), pipeline_->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_bytes, push);
 }
 
-void Kernel::end_dispatch(VkCommandBuffer cmd) const {
-  if (gpu_.vk().CmdEndDebugUtilsLabelEXT) gpu_.vk().CmdEndDebugUtilsLabelEXT(cmd);
+void Kernel::end_dispatch(Commands& cmd) const {
+  if (gpu_.vk().CmdEndDebugUtilsLabelEXT) gpu_.vk().CmdEndDebugUtilsLabelEXT(cmd.handle());
 }
 
-void Kernel::dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes) {
+void Kernel::dispatch(Commands& cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes) {
   if (groups > gpu_.info().max_group_count_x)
     fail(Failure::Work, "kernel {}: a dispatch of {} workgroups, but {} allows at most {}", name_, groups,
          gpu_.info().name, gpu_.info().max_group_count_x);
   begin_dispatch(cmd, push, push_bytes);
-  gpu_.vk().CmdDispatch(cmd, groups, 1, 1);
+  gpu_.vk().CmdDispatch(cmd.handle(), groups, 1, 1);
   end_dispatch(cmd);
 }
 
-void Kernel::dispatch(VkCommandBuffer cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
+void Kernel::dispatch(Commands& cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
                       std::uint32_t push_bytes) {
   begin_dispatch(cmd, push, push_bytes);
-  gpu_.vk().CmdDispatchIndirect(cmd, groups.handle(), offset);
+  gpu_.vk().CmdDispatchIndirect(cmd.handle(), groups.handle(), groups.offset() + offset);
   end_dispatch(cmd);
 }
 

@@ -29,14 +29,14 @@ class Kernel {
 
   /// Records a dispatch. Throws Error(Work) if a binding has no buffer, the device does not allow so many workgroups,
   /// or the size of the push constants is not the shader's.
-  void dispatch(VkCommandBuffer cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes);
+  void dispatch(Commands& cmd, std::uint32_t groups, const void* push, std::uint32_t push_bytes);
   template <class P>
-  void dispatch(VkCommandBuffer cmd, std::uint32_t groups, const P& push) {
+  void dispatch(Commands& cmd, std::uint32_t groups, const P& push) {
     dispatch(cmd, groups, &push, sizeof push);
   }
   /// Records an indirect dispatch: the device reads the numbers of workgroups (x, y, z) at `offset` bytes in a buffer
   /// with Access::Indirect.
-  void dispatch(VkCommandBuffer cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
+  void dispatch(Commands& cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
                 std::uint32_t push_bytes);
 
   const std::string& name() const { return name_; }
@@ -67,8 +67,8 @@ class Kernel {
   Set create_set();
   void write(const Set& set) const;
   VkDescriptorSet set_for_bound();
-  void begin_dispatch(VkCommandBuffer cmd, const void* push, std::uint32_t push_bytes);
-  void end_dispatch(VkCommandBuffer cmd) const;
+  void begin_dispatch(Commands& cmd, const void* push, std::uint32_t push_bytes);
+  void end_dispatch(Commands& cmd) const;
 
   Context& gpu_;
   friend bool refresh(Context& gpu, std::unique_ptr<Kernel>& kernel, const KernelSource& source);

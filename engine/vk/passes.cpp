@@ -24,17 +24,6 @@ void full_barrier(const Vulkan& vk, VkCommandBuffer cmd) {
 
 }  // namespace
 
-void Context::memory_barrier(VkCommandBuffer cmd) const {
-  VkMemoryBarrier barrier{};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-  barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
-                          VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
-  const VkPipelineStageFlags stages =
-      VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
-  vk_.CmdPipelineBarrier(cmd, stages, stages, 0, 1, &barrier, 0, nullptr, 0, nullptr);
-}
-
 void Context::create_slot(Slot& slot) {
   VkCommandPoolCreateInfo pool{};
   pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
@@ -85,7 +74,7 @@ Context::Slot& Context::open_slot(const std::string& what) {
 }
 
 void Context::end_pass(Slot& slot, Done done) {
-  memory_barrier(slot.commands);
+  Commands(vk_, slot.commands).barrier();
   slot.passes.push_back(std::move(done));
   slot.names.push_back(slot.what);
   if (slot.queries)
@@ -96,7 +85,8 @@ void Context::end_pass(Slot& slot, Done done) {
 void Context::pass(const std::string& what, const Record& record, Done done) {
   Slot& slot = open_slot(what);
   try {
-    record(slot.commands);
+    Commands commands(vk_, slot.commands);
+    record(commands);
   } catch (...) {
     end_pass(slot, {});  // earlier passes stay valid
     throw;
@@ -197,6 +187,8 @@ void Context::finish() {
   flush();
   wait(submitted_);
 }
+
+void Context::wait_idle(const char* what) const { vk_check(vk_.DeviceWaitIdle(device_), what); }
 
 void Context::abandon() noexcept {
   for (Slot& slot : slots_) {

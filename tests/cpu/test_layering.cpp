@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,18 @@ TEST(Layering, SceneAndBvhKnowNoVulkan) {
     for (const fs::path& file : sources(folder))
       for (const std::string& line : includes(file))
         EXPECT_EQ(line.find("vulkan"), std::string::npos) << file << ": " << line;
+}
+
+// Other rooms record commands and ask for facts of the device without Vulkan's types (engine/vk/commands.h).
+TEST(Layering, OnlyTheDeviceAndTheWindowSpeakVulkan) {
+  const std::regex vulkan(R"(\b(Vk[A-Z]|vk_check|vk\(\)|VK_(?!KHR_|EXT_)))");  // extensions are named in comments
+  for (const fs::path& file : sources("engine")) {
+    const std::string room = file.parent_path().filename().string();
+    if (room == "vk" || room == "present") continue;
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);)
+      EXPECT_FALSE(std::regex_search(line, vulkan)) << file << ": " << line;
+  }
 }
 
 TEST(Layering, ToolsSeeThePublicHeaderOnly) {

@@ -48,7 +48,7 @@ class CameraRaysTest : public DeviceTest {
     Kernel primary(*gpu_, primary_source(true, through({}, view(push.orthographic))));
     primary.bind(BIND_LISTED, listed_);
     primary.bind(BIND_RAYS, rays);
-    gpu_->submit("primary", [&](VkCommandBuffer cmd) { primary.dispatch(cmd, (push.count + 63) / 64, push); });
+    gpu_->submit("primary", [&](Commands& cmd) { primary.dispatch(cmd, (push.count + 63) / 64, push); });
     tracer.trace(rays, hits, push.count, query);
     return downloaded(hits);
   }

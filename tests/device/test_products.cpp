@@ -43,9 +43,9 @@ std::vector<float> run(Context& gpu, Products how, const std::vector<Factors>& f
   in.upload(factors);
   kernel.bind(0, in);
   kernel.bind(1, out);
-  gpu.submit("products", [&](VkCommandBuffer cmd) {
+  gpu.submit("products", [&](Commands& cmd) {
     kernel.dispatch(cmd, std::uint32_t(factors.size() / 64), nullptr, 0);
-    gpu.memory_barrier(cmd);
+    cmd.barrier();
   });
   std::vector<float> differences(factors.size());
   out.download(differences);

@@ -143,9 +143,9 @@ TEST_F(Vulkan, RecordsHaveTheSameBytes) {
   kernel.bind(1, hits);
   kernel.bind(2, nodes);
   kernel.bind(3, film);
-  gpu_->submit("records", [&](VkCommandBuffer cmd) {
+  gpu_->submit("records", [&](Commands& cmd) {
     kernel.dispatch(cmd, 1, nullptr, 0);
-    gpu_->memory_barrier(cmd);
+    cmd.barrier();
   });
   const auto expect = [&]<class T>(const Buffer<T>& buffer, const T& want) {
     T got{};
@@ -168,9 +168,9 @@ TEST_F(Vulkan, KernelsSeeWhatABufferWasMadeFor) {
   for (const std::uint64_t bytes : {16ull, 240ull, 256ull, 1000ull, 65536ull, 65792ull, 1ull << 20, most + 0ull}) {
     Buffer<std::uint32_t> numbers(*gpu_, bytes / 4, Access::Storage, "numbers");
     kernel.bind(0, numbers);
-    gpu_->submit("length", [&](VkCommandBuffer cmd) {
+    gpu_->submit("length", [&](Commands& cmd) {
       kernel.dispatch(cmd, 1, nullptr, 0);
-      gpu_->memory_barrier(cmd);
+      cmd.barrier();
     });
     std::uint32_t length = 0;
     seen.download(std::span(&length, 1));
@@ -185,7 +185,7 @@ TEST_F(Vulkan, KernelsCheckTheirBindings) {
             std::string::npos);
   kernel.bind(0, rays);
   const std::string missing =
-      error_of([&] { gpu_->submit("records", [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, 1, nullptr, 0); }); });
+      error_of([&] { gpu_->submit("records", [&](Commands& cmd) { kernel.dispatch(cmd, 1, nullptr, 0); }); });
   EXPECT_NE(missing.find("dispatched without binding 1"), std::string::npos) << missing;
 }
 
@@ -195,7 +195,7 @@ TEST_F(Vulkan, PushConstantsMustHaveTheShadersSize) {
   kernel.bind(BIND_RAYS, rays);
   const std::uint32_t small = 0;
   const std::string text =
-      error_of([&] { gpu_->submit("rays", [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, 1, small); }); });
+      error_of([&] { gpu_->submit("rays", [&](Commands& cmd) { kernel.dispatch(cmd, 1, small); }); });
   EXPECT_NE(text.find(fmt::format("wants {} bytes of push constants, not 4", sizeof(PrimaryPush))), std::string::npos)
       << text;
 }
@@ -215,9 +215,9 @@ TEST_F(Vulkan, TheTuningTableKnowsDriversThatCutLoops) {
   kernel.bind(0, data);
   const std::vector<std::uint32_t> in{100000, 0, 2, 0};
   data.upload(in);
-  gpu_->submit("long loop", [&](VkCommandBuffer cmd) {
+  gpu_->submit("long loop", [&](Commands& cmd) {
     kernel.dispatch(cmd, 1, nullptr, 0);
-    gpu_->memory_barrier(cmd);
+    cmd.barrier();
   });
   std::vector<std::uint32_t> out(4);
   data.download(out);

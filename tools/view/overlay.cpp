@@ -103,7 +103,8 @@ void Overlay::start_back_end(VkRenderPass pass) {
   room.TotalVtxCount = 1 << 16;
   room.TotalIdxCount = 1 << 17;
   const PassScope scope(gpu_);
-  gpu_.submit("the panels", [&](VkCommandBuffer cmd) {
+  gpu_.submit("the panels", [&](Commands& commands) {
+    VkCommandBuffer cmd = commands.handle();
     for (std::uint32_t i = 0; i < info.ImageCount; ++i) ImGui_ImplVulkan_RenderDrawData(&room, cmd);
 #if IMGUI_VERSION_NUM < 19000  // newer ones upload the glyphs in their first frame
     ImGui_ImplVulkan_CreateFontsTexture(cmd);

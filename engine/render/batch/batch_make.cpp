@@ -73,7 +73,7 @@ double Batches::generate_primaries(RayBatch& batch) {
     if (listed) frame.primary->bind(BIND_LISTED, frame.listed[i]);
     push.count = chunks[i].count;
     gpu_.submit(frame.primary->name(),
-                [&](VkCommandBuffer cmd) { frame.primary->dispatch(cmd, groups_of(chunks[i].count), push); });
+                [&](Commands& cmd) { frame.primary->dispatch(cmd, groups_of(chunks[i].count), push); });
     ms += gpu_.last_ms();
     if (!listed) push.first += chunks[i].count;
   }
@@ -162,7 +162,7 @@ double Batches::generate_from_hits(RayBatch& batch) {
     kernel.bind(BIND_HITS, frame.primaries[run.source].hits);
     kernel.bind(BIND_PRIMARY, frame.primaries[run.source].rays);
     kernel.bind(BIND_STARTS, frame.starts[run.source]);
-    gpu_.submit(kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups_of(run.push.count), run.push); });
+    gpu_.submit(kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups_of(run.push.count), run.push); });
     ms += gpu_.last_ms();
   }
   return ms;
@@ -176,8 +176,7 @@ double Batches::shade(RayBatch& batch) {
     frame.shade->bind(BIND_HITS, c.hits);
     frame.shade->bind(BIND_FILM, *frame.film);
     const ShadePush push{c.count};
-    gpu_.submit(frame.shade->name(),
-                [&](VkCommandBuffer cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
+    gpu_.submit(frame.shade->name(), [&](Commands& cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
     ms += gpu_.last_ms();
   }
   return ms;

@@ -72,7 +72,7 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
   const std::uint32_t wanted = std::min(total, most);
   const bool from_hits = !find_ray_kind(o.rays).from_camera();
   // The picture of a window changes its size often, so buffers only grow.
-  if (wanted > chunk_rays_) vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
+  if (wanted > chunk_rays_) gpu_.wait_idle("waiting for the window");
   if (wanted > chunk_rays_) {
     film_.clear();
     starts_.reset();
@@ -90,7 +90,7 @@ void LiveImage::make_room(const LiveOptions& o, bool counts) {
 void LiveImage::make_pixels(const LiveOptions& o) {
   const std::size_t pixels = std::size_t(o.width) * o.height;
   if (pixels_ && pixels_->size() >= pixels) return;
-  vk_check(gpu_.vk().DeviceWaitIdle(gpu_.device()), "waiting for the window");
+  gpu_.wait_idle("waiting for the window");
   ballot::make_room(pixels_, gpu_, pixels, "pixels");
 }
 
@@ -130,17 +130,13 @@ LiveTimes LiveImage::add_sample(const View& asked, const LiveOptions& options) {
   const PassScope scope(gpu_);
   const bool made = makes_rays(options, std::min(chunk_rays_, total));
   const TilesPush tiles = made ? make_tiles({options.width, total}, times) : tiles_of_;
-  gpu_.pass("totals",
-            [&](VkCommandBuffer cmd) { gpu_.vk().CmdFillBuffer(cmd, totals_.handle(), 0, VK_WHOLE_SIZE, 0); });
+  gpu_.pass("totals", [&](Commands& cmd) { cmd.fill(totals_, 0); });
   std::size_t chunk = 0;
   for (camera.first = 0; camera.first < total; camera.first += chunk_rays_) {
     camera.count = std::min(chunk_rays_, total - camera.first);
     sample_slice({chunk++, features, camera, camera.count, made}, options, times);
   }
-  gpu_.pass("totals", [&](VkCommandBuffer cmd) {
-    const VkBufferCopy all{0, 0, sizeof(std::uint32_t)};
-    gpu_.vk().CmdCopyBuffer(cmd, totals_.handle(), totals_seen_.handle(), 1, &all);
-  });
+  gpu_.pass("totals", [&](Commands& cmd) { cmd.copy(totals_, totals_seen_, sizeof(std::uint32_t)); });
   std::uint32_t live = 0;
   totals_seen_.download(std::span(&live, 1));
   tiles_of_ = tiles;
@@ -162,9 +158,7 @@ bool LiveImage::makes_rays(const LiveOptions& o, std::uint32_t count) const {
 void LiveImage::sample_slice(const Slice& slice, const LiveOptions& options, LiveTimes& times) {
   const RayKind& kind = find_ray_kind(options.rays);
   if (slice.made) {
-    gpu_.pass("camera", [&](VkCommandBuffer cmd) {
-      gpu_.vk().CmdUpdateBuffer(cmd, camera_.handle(), 0, sizeof slice.camera, &slice.camera);
-    });
+    gpu_.pass("camera", [&](Commands& cmd) { cmd.write(camera_, slice.camera); });
   } else {
     ballot::make_room(rays_, gpu_, chunk_rays_, "rays");
     Kernel& primary = kernel(primary_source(false, slice.features));

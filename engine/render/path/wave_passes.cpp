@@ -41,9 +41,9 @@ Waves::Count Waves::known_count(std::uint32_t rays, const Query& query) {
   IndirectArgs indirect[INDIRECT_RECORDS] = {};
   indirect[QUEUE_NEXT] = {std::min(groups_of(rays, trace.rays), trace.most), 1, 1, rays};
   indirect[QUEUE_NEXT + QUEUES] = {groups_of(rays, kPassGroup), 1, 1, rays};
-  gpu_.pass("counts of rays", [&](VkCommandBuffer cmd) {
-    gpu_.vk().CmdFillBuffer(cmd, queues_->handle(), 0, VK_WHOLE_SIZE, 0);
-    gpu_.vk().CmdUpdateBuffer(cmd, indirect_->handle(), count.record * sizeof indirect, sizeof indirect, indirect);
+  gpu_.pass("counts of rays", [&](Commands& cmd) {
+    cmd.fill(*queues_, 0);
+    cmd.write(*indirect_, count.record * sizeof indirect, indirect, sizeof indirect);
   });
   return count;
 }
@@ -64,13 +64,13 @@ void Waves::run(Kernel& kernel, const Count& count, const void* push, std::uint3
   }
   gpu_.pass(
       kernel.name(),
-      [&](VkCommandBuffer cmd) {
+      [&](Commands& cmd) {
         if (count.known)
           kernel.dispatch(cmd, groups_of(count.rays, kPassGroup), push, push_bytes);
         else
           kernel.dispatch(cmd, *indirect_, count.wave_args() * sizeof(IndirectArgs), push, push_bytes);
         if (!indirect) return;
-        gpu_.memory_barrier(cmd);
+        cmd.barrier();
         indirect->dispatch(cmd, 1, *then);
       },
       told(name, count, times));

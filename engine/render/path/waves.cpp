@@ -53,8 +53,8 @@ std::uint32_t Waves::capacity(const Integrator& integrator, const SceneFeatures&
   const std::uint64_t deferred = plan.second ? std::max(1u, last_depth) : 0;
   const DeviceInfo& device = gpu_.info();
   return wave_capacity({.cpu = device.is_cpu(),
-                        .grows = device.type == VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU,
-                        .memory = gpu_.heap_bytes(gpu_.memory_type(~0u, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, 0)),
+                        .grows = device.is_discrete(),
+                        .memory = gpu_.own_memory(),
                         .path_bytes = path_bytes(plan, deferred),
                         .deferred = deferred,
                         .most_records = std::min(device.max_storage_range, device.max_allocation) / sizeof(Ray),

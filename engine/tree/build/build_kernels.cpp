@@ -19,7 +19,7 @@ KernelSource build_source(const std::string& name, const DeviceInfo& device, con
   source.group_size = device.subgroup_size * subgroups;
   source.defines = {{"BALLOT_UNIFORM_FLOW", int(device.uniform_flow)},
                     {"BALLOT_FLOAT64", int(device.float64)},
-                    {"BALLOT_SUBGROUP_BARRIER", int(device.driver_id != VK_DRIVER_ID_MESA_LLVMPIPE)}};
+                    {"BALLOT_SUBGROUP_BARRIER", int(device.known_driver() != Driver::Llvmpipe)}};
   for (const auto& [define, value] : defines) {
     source.name += fmt::format(" {}={}", define, value);
     source.defines.emplace_back("BALLOT_" + define, value);

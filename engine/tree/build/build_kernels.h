@@ -57,7 +57,7 @@ inline Context::Done added_to(PassMs& ms, std::string name) {
 template <class P>
 void record_build(Context& gpu, Kernel& kernel, std::uint32_t groups, const P& push, std::string name, PassMs& ms) {
   gpu.pass(
-      kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); }, added_to(ms, std::move(name)));
+      kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups, push); }, added_to(ms, std::move(name)));
 }
 
 }  // namespace ballot

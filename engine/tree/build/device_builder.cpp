@@ -125,9 +125,9 @@ void DeviceBuilder::record_codes(const RawBuffer& triangles, std::uint32_t count
   for (Kernel* kernel : {&k.bounds, &k.codes}) kernel->bind(BIND_BUILD_TRIANGLES, triangles);
   k.codes.bind(BIND_BUILD_KEYS_OUT, m.keys[0]);
   const BuildState empty = empty_state();
-  gpu_.pass("beginning a tree build", [&](VkCommandBuffer cmd) {
-    gpu_.vk().CmdUpdateBuffer(cmd, m.state.handle(), 0, offsetof(BuildState, refused), &empty);
-    gpu_.vk().CmdFillBuffer(cmd, m.arrivals.handle(), 0, VK_WHOLE_SIZE, BUILD_NONE);
+  gpu_.pass("beginning a tree build", [&](Commands& cmd) {
+    cmd.write(m.state, 0, &empty, offsetof(BuildState, refused));
+    cmd.fill(m.arrivals, BUILD_NONE);
   });
   const BuildPush push{count, k.bits};
   const std::uint32_t group = gpu_.info().subgroup_size * kBuildSubgroups;

@@ -51,10 +51,10 @@ void DeviceBuilder::begin_refit(const RawBuffer& triangles, float longest) {
   if (built_.triangles == 0) return;
   triangles_ = &triangles;
   bind_refit(triangles);
-  gpu_.pass("beginning a refit", [&](VkCommandBuffer cmd) {
-    gpu_.vk().CmdFillBuffer(cmd, memory_->state.handle(), offsetof(BuildState, changed), sizeof(std::uint32_t), 0);
+  gpu_.pass("beginning a refit", [&](Commands& cmd) {
+    cmd.fill(memory_->state, offsetof(BuildState, changed), sizeof(std::uint32_t), 0);
     // Every refit leaves the arrivals zero.
-    if (!has_parents_) gpu_.vk().CmdFillBuffer(cmd, memory_->arrivals.handle(), 0, VK_WHOLE_SIZE, 0);
+    if (!has_parents_) cmd.fill(memory_->arrivals, 0);
   });
   const std::uint32_t group = gpu_.info().subgroup_size * kBuildSubgroups;
   const std::uint32_t groups = std::min(groups_of(built_.triangles, group), gpu_.info().max_group_count_x);

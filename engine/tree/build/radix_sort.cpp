@@ -37,7 +37,7 @@ std::size_t RadixSort::record(const SortBuffers& buffers, const KeyCount& count,
   SortPush push{count.most, tiles(count.most), 0, 1, count.index};
   const auto record = [&](Kernel& kernel, std::uint32_t groups) {
     gpu_.pass(
-        kernel.name(), [&](VkCommandBuffer cmd) { kernel.dispatch(cmd, groups, push); }, done);
+        kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups, push); }, done);
   };
   for (; push.shift < bits_; push.shift += 8, push.first = 0, from = 1 - from) {
     histogram_.bind(BIND_BUILD_KEYS, *buffers.keys[from]);

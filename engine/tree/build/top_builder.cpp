@@ -95,11 +95,9 @@ void TopBuilder::place(std::span<const Transform> transforms, Texels& top) {
   gpu_.finish();  // passes that read the transforms of the last move
   Buffer<Transform>& to = transforms_.mapped() ? transforms_ : sent_;
   copy_parallel(transforms, std::span(reinterpret_cast<Transform*>(to.mapped()), transforms.size()));
-  gpu_.pass("beginning to place instances", [&](VkCommandBuffer cmd) {
-    const VkBufferCopy all{0, 0, transforms.size_bytes()};
-    if (&to == &sent_) gpu_.vk().CmdCopyBuffer(cmd, sent_.handle(), transforms_.handle(), 1, &all);
-    gpu_.vk().CmdFillBuffer(cmd, builder_.memory_->state.handle(), offsetof(BuildState, refused), sizeof(std::uint32_t),
-                            BUILD_NONE);
+  gpu_.pass("beginning to place instances", [&](Commands& cmd) {
+    if (&to == &sent_) cmd.copy(sent_, transforms_, transforms.size_bytes());
+    cmd.fill(builder_.memory_->state, offsetof(BuildState, refused), sizeof(std::uint32_t), BUILD_NONE);
   });
   record_place(top);
 }

@@ -100,9 +100,7 @@ void WideEncoder::record(const BufferPart& pairs, std::uint32_t count, float lon
   for (Kernel* kernel : {&k.nodes, &k.number}) kernel->bind(BIND_BUILD_NEEDS, shape.needs);
   k.number.bind(BIND_BUILD_STARTS, shape.starts);
   k.number.bind(BIND_BUILD_WIDE_NODES, shape.wide_nodes);
-  gpu_.pass("beginning a collapse", [&](VkCommandBuffer cmd) {
-    gpu_.vk().CmdFillBuffer(cmd, m.parents.handle(), 0, VK_WHOLE_SIZE, BUILD_NONE);
-  });
+  gpu_.pass("beginning a collapse", [&](Commands& cmd) { cmd.fill(m.parents, BUILD_NONE); });
   const CollapsePush push{count, collapse_unit(longest)};
   record_build(gpu_, k.begin, groups(count), push, "plan", collapse_ms_);
   record_build(gpu_, k.plan, groups(count), push, "plan", collapse_ms_);
