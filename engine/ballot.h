@@ -56,6 +56,8 @@
 #include "engine/scene/animation.h"
 #include "engine/scene/instances.h"
 #include "engine/scene/light.h"
+#include "engine/scene/load.h"
+#include "engine/scene/make_sky.h"
 #include "engine/scene/pose.h"
 #include "engine/scene/scene.h"
 #include "engine/scene/scene_edits.h"

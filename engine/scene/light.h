@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <glm/vec3.hpp>
 #include <string>
 #include <vector>
@@ -34,11 +33,5 @@ struct Sky {
   /// Returns the radiance from a unit direction, as shaders/lib/shade/sky.glsl computes it. For tests.
   glm::vec3 radiance(const glm::vec3& direction) const;
 };
-
-/// Returns the sky that a word describes: "none"; "R,G,B" for a constant sky; "gradient" or
-/// "gradient:R,G,B:R,G,B:R,G,B" (zenith, horizon, ground); or the path of an EXR with R, G, B that is twice as wide as
-/// high, longitude by latitude. The values are radiance, finite and not below 0.
-/// Throws Error(Arguments) for any other word, Error(Work) for a picture that cannot be used.
-Sky make_sky(const std::string& word);
 
 }  // namespace ballot

@@ -1,4 +1,6 @@
 // The scene formats, and the checks before a loader runs.
+#include "engine/scene/load.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -8,7 +10,6 @@
 #include <system_error>
 
 #include "engine/scene/loaders.h"
-#include "engine/scene/scene.h"
 
 namespace ballot {
 namespace {

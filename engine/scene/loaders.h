@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "engine/scene/flaw.h"
-#include "engine/scene/scene.h"
+#include "engine/scene/load.h"
 
 namespace ballot {
 

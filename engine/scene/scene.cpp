@@ -11,7 +11,6 @@
 #include "engine/core/parallel.h"
 #include "engine/core/registry.h"
 #include "engine/scene/instances.h"
-#include "engine/scene/loaders.h"
 
 namespace ballot {
 namespace {

@@ -3,8 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
-#include <functional>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -35,10 +33,10 @@ struct View {
 
 struct Animation;  // animation.h
 
-/// A scene. load_scene() loads one; finish_scene() completes one that is built in memory.
+/// A scene. load_scene() (load.h) loads one; finish_scene() completes one that is built in memory.
 struct Scene {
   std::string name;  // file name without folders and extension
-  /// Mesh by mesh. In a flat scene they lie in the world, and the index is the prim of hits; numbering: see load_scene.
+  /// Mesh by mesh. In a flat scene they lie in the world, and the index is the prim of hits; numbering: see load.h.
   /// The four lists that follow are of these triangles.
   std::vector<Triangle> triangles;
   /// Unit normals, three per triangle; empty if no primitive of the file has normals.
@@ -69,30 +67,6 @@ struct Scene {
 /// code derives features.
 SceneFeatures features_of(const Scene& scene, const TreeFacts& tree = {});
 
-/// How a scene file is loaded.
-struct LoadOptions {
-  bool allow_outside = false;  // read buffers, images and materials outside of the scene's folder too
-  InstancePolicy instances = InstancePolicy::Auto;  // of glTF; other formats place each mesh once
-  Layout layout = Layout::Auto;
-};
-
-/// Loads a scene file; the extension chooses the loader (see formats()).
-///
-/// Triangles are numbered in this order, whether meshes are kept once or copied: the nodes of the default scene, depth
-/// first in file order; for each node its instances, if it has some, and the primitives of its mesh in order; for each
-/// primitive its triangles in index order. Node matrices are composed in double and rounded to float once: applied to
-/// the triangles, or as the matrix of an instance. Triangles of zero area keep their number; no ray hits them. A scene
-/// without triangles is valid. A file with animations, skins or morph targets is loaded at rest: nodes have their own
-/// transforms, skins follow them. `animation` then tells what moves (set_pose() in pose.h).
-/// Throws Error(Work) on a file that is missing, empty, truncated, of another format, inconsistent (an index or
-/// accessor out of range, counts beyond the file), that has a NaN or infinite vertex, that names a file outside of its
-/// folder, or that needs more memory than there is (memory.h). The text names file, place and value.
-/// Thread-safe for different files and for the same file.
-Scene load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
-
-/// Throws as load_scene() does for a file that is missing, empty or of another format. Does not read the file.
-void check_scene_file(const std::filesystem::path& path);
-
 /// Checks and completes a scene built in memory, as load_scene() does: bounds, default material, default view, and what
 /// lacks of its meshes and placements (complete_instances() in instances.h).
 /// Throws Error(Arguments) if array sizes disagree, if an index of a material, texture, image or set of coordinates is
@@ -109,13 +83,5 @@ glm::vec3 geometric_normal(const Triangle& triangle);
 
 /// Returns the view of this name. Throws Error(Arguments) that lists the names of the views.
 const View& find_view(const Scene& scene, std::string_view name);
-
-/// A scene format: its extension and its loader. A new format is one loader and one line in load.cpp.
-struct SceneFormat {
-  std::string_view extension;  // with the dot, lower case
-  Scene (*load)(const std::filesystem::path&, const LoadOptions&);
-};
-/// Returns all scene formats.
-std::span<const SceneFormat> scene_formats();
 
 }  // namespace ballot

@@ -1,13 +1,8 @@
-// Decodes the images of textures, and makes the mip maps that the device samples. Internal to engine/scene, except
-// mip_chain.
+// Decodes the images of textures. Internal to engine/scene.
 #pragma once
 
-#include <cstddef>
-#include <filesystem>
-#include <glm/vec4.hpp>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "engine/scene/material.h"
 
@@ -16,16 +11,5 @@ namespace ballot {
 /// Decodes a PNG, JPEG, WebP, BMP, GIF or TGA to 8-bit RGBA. `place` names it in errors ("SCENE: image 3 ('bark')").
 /// Throws Error(Work) if it cannot be decoded or is larger than 16384 pixels on a side.
 TextureImage decode_image(std::span<const unsigned char> bytes, const std::string& place, bool srgb);
-
-/// A level of a mip map: linear RGBA, row by row from the top.
-struct MipLevel {
-  std::uint32_t width, height;
-  std::vector<glm::vec4> texels;
-};
-
-/// Returns the mip levels of an image: the image itself, then each level half as large (rounded down, at least 1), down
-/// to 1 x 1. Linear values are averaged; an odd last row or column is averaged together with the last pair. With
-/// `by_alpha` colours are weighted by alpha, so that transparent texels do not bleed into others.
-std::vector<MipLevel> mip_chain(const TextureImage& image, bool by_alpha);
 
 }  // namespace ballot

@@ -20,6 +20,7 @@
 #include "engine/core/parallel.h"
 #include "engine/core/progress.h"
 #include "engine/oracle/errors.h"
+#include "engine/scene/load.h"
 #include "tests/check/embree_scene.h"
 
 namespace {

@@ -5,7 +5,7 @@
 
 #include "engine/core/image.h"
 #include "engine/core/memory.h"
-#include "engine/scene/light.h"
+#include "engine/scene/make_sky.h"
 #include "engine/scene/texture.h"
 #include "tests/cpu/gltf_builder.h"
 

@@ -3,7 +3,8 @@
 #include <glm/geometric.hpp>
 
 #include "engine/core/image.h"
-#include "engine/scene/texture.h"
+#include "engine/scene/make_sky.h"
+#include "engine/scene/mip_chain.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {

@@ -6,7 +6,7 @@
 
 #include "engine/core/image.h"
 #include "engine/core/image_merge.h"
-#include "engine/scene/light.h"
+#include "engine/scene/make_sky.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace ballot::fuzz {

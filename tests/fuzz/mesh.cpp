@@ -1,5 +1,5 @@
 // PLY and STL: the first byte of an input chooses.
-#include "engine/scene/scene.h"
+#include "engine/scene/load.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace ballot::fuzz {

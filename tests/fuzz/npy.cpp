@@ -2,7 +2,7 @@
 #include "engine/core/npy.h"
 
 #include "engine/core/npy_points.h"
-#include "engine/scene/scene.h"
+#include "engine/scene/load.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace ballot::fuzz {
