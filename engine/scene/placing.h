@@ -1,5 +1,4 @@
-// Places what nodes carry: points, normals, cameras and lights. Internal to engine/scene and
-// engine/tree.
+// Places what nodes carry: points, normals, cameras and lights.
 #pragma once
 
 #include <glm/mat3x3.hpp>

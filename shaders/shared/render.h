@@ -22,7 +22,7 @@
 #define SHADING_ALBEDO 2    // base colour
 
 // Values of BALLOT_ORIGIN, the origin offset policy: where secondary rays start. See
-// engine/render/batch/offset_policies.h.
+// engine/render/data/offset_policies.h.
 #define ORIGIN_CONSTANT 0
 #define ORIGIN_ULP 1
 #define ORIGIN_PBRT 2

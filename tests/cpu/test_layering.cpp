@@ -33,9 +33,10 @@ std::vector<std::string> includes(const fs::path& file) {
 }
 
 int floor_of(const std::string& path) {
-  const std::vector<std::string> floors{"engine/core",   "engine/scene",  "engine/bvh",    "engine/formats",
-                                        "engine/oracle", "engine/vk",     "engine/tree",   "engine/trace",
-                                        "engine/query",  "engine/render", "engine/present"};
+  const std::vector<std::string> floors{
+      "engine/core",         "engine/scene",       "engine/bvh",         "engine/formats",     "engine/oracle",
+      "engine/vk",           "engine/tree",        "engine/trace",       "engine/query",       "engine/render/data",
+      "engine/render/batch", "engine/render/path", "engine/render/film", "engine/render/live", "engine/present"};
   for (std::size_t i = 0; i < floors.size(); ++i)
     if (path.find(floors[i] + "/") != std::string::npos) return int(i);
   return path.find("engine/") != std::string::npos ? int(floors.size()) : -1;

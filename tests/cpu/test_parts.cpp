@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/render/film/parts.h"
+#include "engine/render/data/parts.h"
 
 namespace ballot {
 namespace {

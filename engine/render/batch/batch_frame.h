@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/render/batch/batch.h"
-#include "engine/render/run_pass.h"
+#include "engine/render/data/run_pass.h"
 
 namespace ballot {
 

@@ -5,7 +5,6 @@
 #include "engine/core/error.h"
 #include "engine/render/batch/batch_frame.h"
 #include "engine/render/data/camera.h"
-#include "engine/render/film/renderer.h"
 
 namespace ballot {
 
@@ -185,7 +184,7 @@ double Batches::shade(RayBatch& batch) {
 std::unique_ptr<RayBatch> Batches::make(const View& view, const RayKind& kind, std::uint32_t width,
                                         std::uint32_t height, const RayKindOptions& options) {
   check_options(options);
-  check_options(RenderOptions{.width = width, .height = height});
+  check_size(width, height);
   std::unique_ptr<RayBatch> batch(new RayBatch(std::string(kind.name), view.name, std::string(kind.name), kind.want));
   batch->frame_ = std::make_unique<Frame>();
   Frame& frame = *batch->frame_;

@@ -4,23 +4,10 @@
 
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
-#include "engine/render/data/camera.h"
 
 namespace ballot {
 
 const RayKind& find_ray_kind(std::string_view name) { return find_named(kRayKinds, name, "ray kind"); }
-
-const OffsetPolicy& find_offset_policy(std::string_view name) {
-  return find_named(kOffsetPolicies, name, "offset policy");
-}
-
-KernelSource primary_source(bool listed, const SceneFeatures& features) {
-  Defines defines = camera_defines(features);
-  defines.emplace_back("BALLOT_LISTED", listed);
-  return {.name = (listed ? "rays.primary.listed" : "rays.primary") + camera_name(features),
-          .file = "rays/primary.comp",
-          .defines = std::move(defines)};
-}
 
 KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, const SceneFeatures& features) {
   return {.name = fmt::format("rays.{}.{}{}{}", generator, offset.name, features.instances() ? "+instances" : "",

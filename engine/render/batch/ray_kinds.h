@@ -6,7 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "engine/render/batch/offset_policies.h"
+#include "engine/render/data/camera.h"
+#include "engine/render/data/offset_policies.h"
 #include "engine/scene/features.h"
 #include "engine/trace/variant.h"
 
@@ -23,7 +24,6 @@ struct RayKind {
   bool from_camera() const;  // true: primary rays, one per pixel; false: rays that start at primary hits
 };
 
-inline constexpr std::string_view kPrimaryRays = "primary";
 inline constexpr std::string_view kPrimaryGenerator[] = {kPrimaryRays};
 inline constexpr std::string_view kReflectGenerator[] = {"reflect"};
 inline constexpr std::string_view kRefractGenerator[] = {"refract"};
@@ -46,10 +46,6 @@ inline bool RayKind::from_camera() const { return generators[0] == kPrimaryGener
 
 /// Returns the ray kind of this name. Throws Error(Arguments) that lists the known names.
 const RayKind& find_ray_kind(std::string_view name);
-
-/// Returns the kernel that makes primary rays, for the kinds of cameras among the features. With `listed` the kernel
-/// reads a list of pixels, as a picture that cuts tiles needs.
-KernelSource primary_source(bool listed, const SceneFeatures& features);
 
 /// Returns the kernel of a generator of secondary rays, for a scene with these features.
 KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, const SceneFeatures& features);

@@ -4,6 +4,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "engine/core/error.h"
 #include "engine/core/morton.h"
 
 namespace ballot {
@@ -76,6 +77,19 @@ Defines camera_defines(const SceneFeatures& features) {
 
 std::string camera_name(const SceneFeatures& features) {
   return std::string(features.perspective ? "+perspective" : "") + (features.orthographic ? "+orthographic" : "");
+}
+
+KernelSource primary_source(bool listed, const SceneFeatures& features) {
+  Defines defines = camera_defines(features);
+  defines.emplace_back("BALLOT_LISTED", listed);
+  return {.name = (listed ? "rays.primary.listed" : "rays.primary") + camera_name(features),
+          .file = "rays/primary.comp",
+          .defines = std::move(defines)};
+}
+
+void check_size(std::uint32_t width, std::uint32_t height) {
+  if (width < 1 || height < 1 || width > 16384 || height > 16384)
+    fail(Failure::Arguments, "size: {}x{} is not between 1x1 and 16384x16384", width, height);
 }
 
 std::uint32_t padded_rays(std::uint32_t width, std::uint32_t height) {

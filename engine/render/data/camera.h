@@ -2,16 +2,21 @@
 #pragma once
 
 #include <glm/vec2.hpp>
+#include <string_view>
+#include <vector>
 
-#include "engine/render/film/parts.h"
+#include "engine/render/data/parts.h"
 #include "engine/scene/scene.h"
-#include "engine/vk/shader.h"
+#include "engine/vk/pipeline.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {
 
 /// Camera rays of a tile, one a pixel.
 inline constexpr std::uint32_t kTileRays = TILE_SIZE * TILE_SIZE;
+
+/// The ray kind of camera rays.
+inline constexpr std::string_view kPrimaryRays = "primary";
 
 /// Returns a view as it is in a scene whose vertices are moved by -`by`.
 View moved_back(View view, const glm::vec3& by);
@@ -42,6 +47,13 @@ std::vector<SceneFeatures> by_camera(const SceneFeatures& features);
 Defines camera_defines(const SceneFeatures& features);
 /// Returns what these defines add to a kernel's name: "+perspective", "+orthographic", both or nothing.
 std::string camera_name(const SceneFeatures& features);
+
+/// Returns the kernel that makes primary rays, for the kinds of cameras among the features. With `listed` the kernel
+/// reads a list of pixels, as a picture that cuts tiles needs.
+KernelSource primary_source(bool listed, const SceneFeatures& features);
+
+/// Throws Error(Arguments) unless a picture may have this size, in pixels.
+void check_size(std::uint32_t width, std::uint32_t height);
 
 /// Returns the ray count of a picture, with the dead rays of tiles that extend beyond it. Order of the rays:
 /// shaders/shared/render.h.

@@ -5,8 +5,9 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/registry.h"
 #include "engine/render/data/camera.h"
-#include "engine/render/film/renderer.h"
+#include "engine/render/data/shadings.h"
 #include "engine/scene/instances.h"
 
 namespace ballot {
@@ -211,7 +212,7 @@ SceneFeatures alpha_features(const SceneFeatures& features) {
 }
 
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features) {
-  const int value = find_shading(shading).value;
+  const int value = find_named(kShadings, shading, "shading").value;
   const bool materials = value != SHADING_NORMALS;
   // Neither shading depends on how a surface reflects.
   SceneFeatures seen = features;

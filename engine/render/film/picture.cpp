@@ -3,7 +3,6 @@
 #include <functional>
 
 #include "engine/core/parallel.h"
-#include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/film/renderer.h"
 

@@ -6,6 +6,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
+#include "engine/render/data/camera.h"
 #include "engine/render/film/renderer.h"
 
 namespace ballot {
@@ -17,8 +18,7 @@ const Shading& find_shading(std::string_view name) {
 }
 
 void check_options(const RenderOptions& o) {
-  if (o.width < 1 || o.height < 1 || o.width > 16384 || o.height > 16384)
-    fail(Failure::Arguments, "size: {}x{} is not between 1x1 and 16384x16384", o.width, o.height);
+  check_size(o.width, o.height);
   if (o.spp < 1 || o.spp > 65536) fail(Failure::Arguments, "spp: {} is not between 1 and 65536", o.spp);
   if (!find_integrator(o.shading)) find_shading(o.shading);
   find_heat(o.heat);

@@ -6,30 +6,16 @@
 #include <string>
 
 #include "engine/core/image.h"
+#include "engine/render/data/parts.h"
 #include "engine/render/data/scene_data.h"
+#include "engine/render/data/shadings.h"
 #include "engine/render/film/film.h"
 #include "engine/render/film/heat.h"
-#include "engine/render/film/parts.h"
 #include "engine/render/path/waves.h"
 #include "engine/trace/tracer.h"
 
 namespace ballot {
 
-/// A shading of primary hits. Each one is a line of kShadings and a branch of shaders/lib/shade/shade_hit.glsl.
-/// Shadings that trace secondary rays are in integrators.h.
-struct Shading {
-  std::string_view name;
-  int value;  // BALLOT_SHADING
-  std::string_view summary;
-  bool heat = false;  // the colours come from the counters (heat.h)
-};
-inline constexpr Shading kShadings[] = {
-    {"eyelight", SHADING_EYELIGHT, "base colour times the cosine of the angle to the viewer, plus emission"},
-    {"albedo", SHADING_ALBEDO, "base colour, without light"},
-    {"normals", SHADING_NORMALS, "shading normal as colour, n / 2 + 1/2"},
-    {"heat", SHADING_NORMALS, "work of the traversal at each pixel, see --heat; traced by the instrumented kernel",
-     true},
-};
 /// Returns the shading of this name. Throws Error(Arguments) that lists the known names.
 const Shading& find_shading(std::string_view name);
 

@@ -4,10 +4,9 @@
 #include <bit>
 
 #include "engine/core/stopwatch.h"
-#include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/camera.h"
-#include "engine/render/film/parts.h"
-#include "engine/render/run_pass.h"
+#include "engine/render/data/parts.h"
+#include "engine/render/data/run_pass.h"
 #include "engine/vk/room.h"
 
 namespace ballot {

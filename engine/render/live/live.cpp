@@ -6,7 +6,7 @@
 #include "engine/core/error.h"
 #include "engine/render/batch/batch.h"
 #include "engine/render/data/camera.h"
-#include "engine/render/run_pass.h"
+#include "engine/render/data/run_pass.h"
 #include "engine/vk/room.h"
 
 namespace ballot {

@@ -5,8 +5,8 @@
 
 #include "engine/core/stopwatch.h"
 #include "engine/render/data/camera.h"
+#include "engine/render/data/run_pass.h"
 #include "engine/render/film/renderer.h"
-#include "engine/render/run_pass.h"
 #include "engine/vk/room.h"
 
 namespace ballot {

@@ -5,8 +5,8 @@
 
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
-#include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/camera.h"
+#include "engine/render/data/offset_policies.h"
 
 namespace ballot {
 

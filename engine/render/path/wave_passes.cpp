@@ -3,10 +3,9 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
-#include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/camera.h"
+#include "engine/render/data/run_pass.h"
 #include "engine/render/path/wave_batch.h"
-#include "engine/render/run_pass.h"
 
 namespace ballot {
 

@@ -5,10 +5,10 @@
 
 #include "engine/core/error.h"
 #include "engine/render/data/camera.h"
-#include "engine/render/film/parts.h"
+#include "engine/render/data/parts.h"
+#include "engine/render/data/run_pass.h"
 #include "engine/render/path/wave_batch.h"
 #include "engine/render/path/wave_room.h"
-#include "engine/render/run_pass.h"
 #include "engine/vk/room.h"
 
 namespace ballot {

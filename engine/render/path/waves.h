@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/render/film/film.h"
-#include "engine/render/film/parts.h"
+#include "engine/render/data/parts.h"
 #include "engine/render/path/integrators.h"
 #include "engine/trace/tracer.h"
 

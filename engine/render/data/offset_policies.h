@@ -5,6 +5,7 @@
 
 #include <string_view>
 
+#include "engine/core/registry.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {
@@ -25,6 +26,8 @@ inline constexpr OffsetPolicy kOffsetPolicies[] = {
 inline constexpr std::string_view kDefaultOffset = "bounded";
 
 /// Returns the policy of this name. Throws Error(Arguments) that lists the known names.
-const OffsetPolicy& find_offset_policy(std::string_view name);
+inline const OffsetPolicy& find_offset_policy(std::string_view name) {
+  return find_named(kOffsetPolicies, name, "offset policy");
+}
 
 }  // namespace ballot
