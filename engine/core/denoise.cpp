@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kCpuDevice = 1, kFloat3 = 3;  // OIDN_DEVICE_TYPE_CPU, OIDN_FORMAT_FLOAT3
 constexpr const char* kVariable = "BALLOT_DENOISER";
-constexpr const char* kNames[] = {"libOpenImageDenoise.so.2", "libOpenImageDenoise.so.1", "libOpenImageDenoise.so"};
+constexpr const char* kLibraries[] = {"libOpenImageDenoise.so.2", "libOpenImageDenoise.so.1", "libOpenImageDenoise.so"};
 
 /// Opens the first library that there is. Throws Error(Work).
 void* open_library() {
@@ -21,12 +21,12 @@ void* open_library() {
     if (void* library = dlopen(file, RTLD_NOW | RTLD_LOCAL)) return library;
     fail(Failure::Work, "{}: cannot load Open Image Denoise: {}", kVariable, dlerror());
   }
-  for (const char* name : kNames)
+  for (const char* name : kLibraries)
     if (void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
   fail(Failure::Work,
        "denoising needs Intel's Open Image Denoise, and there is neither {} nor {}: install it (openimagedenoise.org; "
        "Debian 12 has no package), or name its file in {}",
-       kNames[0], kNames[1], kVariable);
+       kLibraries[0], kLibraries[1], kVariable);
 }
 
 /// Returns a function of the library by its name, or by the one that older versions have.

@@ -19,7 +19,7 @@ namespace {
 constexpr double kMostPacked = 4096;         // largest accepted compression ratio; deflate reaches 1032
 constexpr std::uint64_t kEntryBytes = 1024;  // what OpenEXR and Image keep of an attribute or channel, besides values
 
-[[noreturn]] void refuse(const std::string& reason) { throw std::invalid_argument(reason); }
+[[noreturn]] void reject(const std::string& reason) { throw std::invalid_argument(reason); }
 
 /// The types whose values have one size, with that size: OpenEXR reads so many bytes whatever size the file gives.
 struct FixedType {
@@ -69,7 +69,7 @@ class Bounded {
   template <class T>
   T value() {
     T read{};
-    if (left_ < sizeof(T) || std::fread(&read, sizeof(T), 1, file_) != 1) refuse("its header is cut short");
+    if (left_ < sizeof(T) || std::fread(&read, sizeof(T), 1, file_) != 1) reject("its header is cut short");
     left_ -= sizeof(T);
     return read;
   }
@@ -78,14 +78,14 @@ class Bounded {
   std::string text() {
     std::string read;
     while (const char c = value<char>()) {
-      if (read.size() == 255) refuse("a name in its header has more than 255 bytes");
+      if (read.size() == 255) reject("a name in its header has more than 255 bytes");
       read += c;
     }
     return read;
   }
 
   void skip(std::uint64_t bytes) {
-    if (bytes > left_ || ::fseeko(file_, static_cast<off_t>(bytes), SEEK_CUR) != 0) refuse("its header is cut short");
+    if (bytes > left_ || ::fseeko(file_, static_cast<off_t>(bytes), SEEK_CUR) != 0) reject("its header is cut short");
     left_ -= bytes;
   }
 
@@ -100,7 +100,7 @@ void read_channels(Bounded& in, Claims& claims) {
     in.skip(8);  // type, linearity
     const auto sampling = in.value<std::array<std::int32_t, 2>>();
     if (sampling != std::array<std::int32_t, 2>{1, 1})
-      refuse(fmt::format("channel {} is subsampled, which is not supported", name));
+      reject(fmt::format("channel {} is subsampled, which is not supported", name));
   }
 }
 
@@ -109,7 +109,7 @@ void read_value(Bounded& in, Claims& claims, const std::string& name, const std:
   const std::uint64_t end = in.left() - size;
   const auto* fixed = std::ranges::find(kFixedTypes, type, &FixedType::name);
   if (fixed != std::end(kFixedTypes) && fixed->bytes != size)
-    refuse(fmt::format("its attribute {} is a {} of {} bytes; expected {}", name, type, size, fixed->bytes));
+    reject(fmt::format("its attribute {} is a {} of {} bytes; expected {}", name, type, size, fixed->bytes));
   if (type == "compression" && name == "compression") claims.compression = in.value<std::uint8_t>();
   if (type == "box2i" && name == "dataWindow") {
     const auto window = in.value<std::array<std::int32_t, 4>>();
@@ -124,39 +124,39 @@ void read_value(Bounded& in, Claims& claims, const std::string& name, const std:
   if (type == "preview") {
     const auto pixels = in.value<std::array<std::uint32_t, 2>>();
     if (4.0 * pixels[0] * pixels[1] + 8 != size)
-      refuse(fmt::format("its attribute {} claims {} x {} pixels in {} bytes", name, pixels[0], pixels[1], size));
+      reject(fmt::format("its attribute {} claims {} x {} pixels in {} bytes", name, pixels[0], pixels[1], size));
   }
   for (; type == "stringvector" && in.left() > end; ++claims.entries) {
     const auto bytes = in.value<std::uint32_t>();
     if (in.left() < end || bytes > in.left() - end)
-      refuse(fmt::format("its attribute {} claims a text of {} bytes", name, bytes));
+      reject(fmt::format("its attribute {} claims a text of {} bytes", name, bytes));
     in.skip(bytes);
   }
   if (type == "chlist") {
     read_channels(in, claims);
-    if (in.left() != end) refuse(fmt::format("its list of channels has not the {} bytes that it claims", size));
+    if (in.left() != end) reject(fmt::format("its list of channels has not the {} bytes that it claims", size));
   }
   if (type == "floatvector" ? size % 4 != 0 : type == "idmanifest" && size < 4)
-    refuse(fmt::format("its attribute {} is a {} of {} bytes", name, type, size));
-  if (in.left() < end) refuse(fmt::format("its attribute {} is longer than the {} bytes that it claims", name, size));
+    reject(fmt::format("its attribute {} is a {} of {} bytes", name, type, size));
+  if (in.left() < end) reject(fmt::format("its attribute {} is longer than the {} bytes that it claims", name, size));
   in.skip(in.left() - end);
 }
 
 Claims read_claims(std::FILE* file) {
   struct stat info {};
-  if (::fstat(::fileno(file), &info) != 0) refuse("its size is not known");
+  if (::fstat(::fileno(file), &info) != 0) reject("its size is not known");
   Claims claims{.file_bytes = std::uint64_t(info.st_size)};
   Bounded in(file, claims.file_bytes);
-  if (claims.file_bytes < 8 || in.value<std::uint32_t>() != 20000630) refuse("it does not begin as an EXR file does");
+  if (claims.file_bytes < 8 || in.value<std::uint32_t>() != 20000630) reject("it does not begin as an EXR file does");
   constexpr std::uint32_t kTiled = 0x200, kDeep = 0x800, kMultiPart = 0x1000;
   const auto version = in.value<std::uint32_t>();
   claims.tiled = (version & kTiled) != 0;
-  if ((version & (kDeep | kMultiPart)) != 0) refuse("it is a multi-part or deep EXR; expected one flat part");
+  if ((version & (kDeep | kMultiPart)) != 0) reject("it is a multi-part or deep EXR; expected one flat part");
   for (std::string name; !(name = in.text()).empty(); ++claims.entries) {
     const std::string type = in.text();
     const auto size = in.value<std::uint32_t>();
     if (size > in.left())
-      refuse(fmt::format("its attribute {} claims {} bytes, but {} are left", name, size, in.left()));
+      reject(fmt::format("its attribute {} claims {} bytes, but {} are left", name, size, in.left()));
     read_value(in, claims, name, type, size);
   }
   claims.header_bytes = claims.file_bytes - in.left();
@@ -173,22 +173,22 @@ double rows_of_chunk(int compression) {
 
 void check_exr_header(std::FILE* file, const std::filesystem::path& name, bool pixels, int threads) {
   const Claims c = read_claims(file);
-  if (!(c.width >= 1 && c.height >= 1)) refuse("its data window is empty");
-  if (c.channels == 0) refuse("it has no channels");
+  if (!(c.width >= 1 && c.height >= 1)) reject("its data window is empty");
+  if (c.channels == 0) reject("it has no channels");
   const double pixel_bytes = 4 * double(c.channels), bytes = double(c.file_bytes);
   const auto fits = [&](double width, double height, const char* what) {
     if (width * height * pixel_bytes > kMostPacked * bytes + (1 << 20))
-      refuse(fmt::format("its header claims {} of {} x {} pixels of {} bytes, but the file has {} bytes", what, width,
+      reject(fmt::format("its header claims {} of {} x {} pixels of {} bytes, but the file has {} bytes", what, width,
                          height, pixel_bytes, c.file_bytes));
   };
   fits(c.width, c.height, "a picture");
-  if (c.tiled && !(c.tile_width >= 1 && c.tile_height >= 1)) refuse("its tiles have no size");
+  if (c.tiled && !(c.tile_width >= 1 && c.tile_height >= 1)) reject("its tiles have no size");
   const double chunk_width = c.tiled ? c.tile_width : c.width;
   const double chunk_height = c.tiled ? c.tile_height : std::min(c.height, rows_of_chunk(c.compression));
   if (c.tiled) fits(std::max(c.width, c.tile_width), c.tile_height, "tiles");
   const double chunks = std::ceil(c.width / chunk_width) * std::ceil(c.height / chunk_height);
   if (8 * chunks > bytes)
-    refuse(fmt::format("its header claims {} chunks, but the file has {} bytes", chunks, c.file_bytes));
+    reject(fmt::format("its header claims {} chunks, but the file has {} bytes", chunks, c.file_bytes));
   const std::uint64_t header = 4 * c.header_bytes + kEntryBytes * (c.entries + c.channels);
   need_memory(header, fmt::format("{}: its header", name.string()));
   if (!pixels) return;

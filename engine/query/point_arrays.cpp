@@ -52,8 +52,7 @@ void PointQueries::Parts::write_signs(int what, const RawBuffer& to, std::uint32
   if (what == SIGNS_BY_PARITY) kernel->bind(BIND_CROSSINGS, *some_inside);
   kernel->bind(what == SIGNS_INSIDE ? BIND_CROSSINGS : BIND_DISTANCES, to);
   const SignsPush push{count, first};
-  gpu.submit(kernel->name(),
-             [&](Commands& cmd) { kernel->dispatch(cmd, (count + SIGNS_GROUP - 1) / SIGNS_GROUP, push); });
+  gpu.submit(kernel->name(), [&](Commands& cmd) { kernel->dispatch(cmd, groups_of(count, SIGNS_GROUP), push); });
   times.device_ms += gpu.last_ms();
   ++times.dispatches;
 }

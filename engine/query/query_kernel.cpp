@@ -121,7 +121,7 @@ std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, const T
     push.ray_begin = first + done;
     push.ray_end = push.ray_begin + some;
     gpu_.submit(kernel_->name(), [&](Commands& cmd) {
-      kernel_->dispatch(cmd, (some + config_.workgroup - 1) / config_.workgroup, &pushes, push_bytes(tree_));
+      kernel_->dispatch(cmd, groups_of(some, config_.workgroup), &pushes, push_bytes(tree_));
     });
     size_.add(some, gpu_.last_ms());
     times.device_ms += gpu_.last_ms();

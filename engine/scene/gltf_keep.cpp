@@ -1,5 +1,7 @@
 #include "engine/scene/gltf_keep.h"
 
+#include <fmt/format.h>
+
 namespace ballot {
 
 void choose_kept(UsesOfMeshes& meshes, std::uint64_t triangles, bool fit, InstancePolicy policy) {

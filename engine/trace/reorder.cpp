@@ -75,8 +75,7 @@ Buffer<RayStats>& Reorder::stats() {
 
 void Reorder::pass(Kernel& kernel, const Context::Done& done) {
   gpu_.pass(
-      kernel.name(),
-      [&](Commands& cmd) { kernel.dispatch(cmd, (push_.count + REORDER_GROUP - 1) / REORDER_GROUP, push_); }, done);
+      kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups_of(push_.count, REORDER_GROUP), push_); }, done);
 }
 
 void Reorder::sort(const GivenRays& given, const Bounds& scene, const Context::Done& done) {

@@ -12,6 +12,11 @@
 
 namespace ballot {
 
+/// Returns how many workgroups of a size it takes for `count` invocations.
+constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t size) {
+  return count / size + (count % size != 0);
+}
+
 /// A compute pipeline with its bindings, ready to be dispatched. Not thread-safe.
 class Kernel {
  public:

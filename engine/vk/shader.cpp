@@ -90,14 +90,14 @@ EShLanguage stage_of(const fs::path& file) {
   return EShLangCompute;
 }
 
-struct Source {
+struct ParsedShader {
   EShLanguage stage;
   std::string path, text, preamble;
   const char* text_pointer;
   const char* path_pointer;
   glslang::TShader shader;
 
-  Source(const fs::path& file, const Defines& defines)
+  ParsedShader(const fs::path& file, const Defines& defines)
       : stage(stage_of(file)),
         path(file.string()),
         text(read_text(file)),
@@ -150,7 +150,7 @@ std::string with_includes(const fs::path& file) {
 
 std::vector<std::uint32_t> compile(const fs::path& file, const Defines& defines) {
   static const GlslangProcess process;
-  Source source(file, defines);
+  ParsedShader source(file, defines);
   Includer includer;
   const TBuiltInResource limits = compile_limits();
   if (!source.shader.parse(&limits, 460, ENoProfile, false, false, kMessages, includer))

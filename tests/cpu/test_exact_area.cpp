@@ -6,6 +6,7 @@
 
 #include "engine/bvh/build.h"
 #include "engine/oracle/predicates.h"
+#include "engine/scene/scene.h"
 
 namespace ballot {
 namespace {

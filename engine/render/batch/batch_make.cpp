@@ -10,8 +10,6 @@ namespace ballot {
 
 namespace {
 
-std::uint32_t groups_of(std::uint32_t count) { return (count + kPassGroup - 1) / kPassGroup; }
-
 /// Returns the pixels of a picture, in the order of their rays.
 std::vector<std::uint32_t> pixels_inside(std::uint32_t width, std::uint32_t height) {
   std::vector<std::uint32_t> pixels;
@@ -72,7 +70,7 @@ double Batches::generate_primaries(RayBatch& batch) {
     if (listed) frame.primary->bind(BIND_LISTED, frame.listed[i]);
     push.count = chunks[i].count;
     gpu_.submit(frame.primary->name(),
-                [&](Commands& cmd) { frame.primary->dispatch(cmd, groups_of(chunks[i].count), push); });
+                [&](Commands& cmd) { frame.primary->dispatch(cmd, groups_of(chunks[i].count, kPassGroup), push); });
     ms += gpu_.last_ms();
     if (!listed) push.first += chunks[i].count;
   }
@@ -161,7 +159,8 @@ double Batches::generate_from_hits(RayBatch& batch) {
     kernel.bind(BIND_HITS, frame.primaries[run.source].hits);
     kernel.bind(BIND_PRIMARY, frame.primaries[run.source].rays);
     kernel.bind(BIND_STARTS, frame.starts[run.source]);
-    gpu_.submit(kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups_of(run.push.count), run.push); });
+    gpu_.submit(kernel.name(),
+                [&](Commands& cmd) { kernel.dispatch(cmd, groups_of(run.push.count, kPassGroup), run.push); });
     ms += gpu_.last_ms();
   }
   return ms;
@@ -175,7 +174,8 @@ double Batches::shade(RayBatch& batch) {
     frame.shade->bind(BIND_HITS, c.hits);
     frame.shade->bind(BIND_FILM, *frame.film);
     const ShadePush push{c.count};
-    gpu_.submit(frame.shade->name(), [&](Commands& cmd) { frame.shade->dispatch(cmd, groups_of(c.count), push); });
+    gpu_.submit(frame.shade->name(),
+                [&](Commands& cmd) { frame.shade->dispatch(cmd, groups_of(c.count, kPassGroup), push); });
     ms += gpu_.last_ms();
   }
   return ms;

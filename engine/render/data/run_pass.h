@@ -13,8 +13,7 @@ constexpr std::uint32_t kPassGroup = PASS_GROUP;
 inline void run_pass(Context& gpu, Kernel& kernel, std::uint32_t count, const void* push, std::uint32_t push_bytes,
                      double& ms) {
   gpu.pass(
-      kernel.name(),
-      [&](Commands& cmd) { kernel.dispatch(cmd, (count + kPassGroup - 1) / kPassGroup, push, push_bytes); },
+      kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups_of(count, kPassGroup), push, push_bytes); },
       [&ms](double spent) { ms += spent; });
 }
 

@@ -16,8 +16,6 @@ namespace {
 constexpr double kLongMs = 200, kShortMs = 50;
 constexpr std::uint32_t kMostDepthsTogether = 8;
 
-std::uint32_t groups_of(std::uint32_t count, std::uint32_t size) { return count / size + (count % size != 0); }
-
 }  // namespace
 
 std::uint32_t Waves::reported(const Count& count) const {

@@ -5,11 +5,6 @@
 
 namespace ballot {
 
-/// Returns how many workgroups of a size it takes for `count` invocations.
-constexpr std::uint32_t groups_of(std::uint32_t count, std::uint32_t size) {
-  return count / size + (count % size != 0);
-}
-
 /// The working memory of a build of up to `most` triangles. Nodes of instances are not moved to places in another tree.
 struct DeviceBuilder::Memory {
   std::uint32_t most;
