@@ -89,10 +89,9 @@ typedef struct BallotInstances {
  * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace two levels. ballot_render() and
  * ballot_make_rays() refuse matrices that multiply rounding errors by more than 4096.
  *
- * The meshes' arrays may go afterwards. For later calls the scene keeps on the host, in bytes a triangle, 36 of
- * corners, 12 of indices, 4 of materials, 36 of normals if there are some, and about 36 of a tree that was built there;
- * from the first call on that needs them about 98 more for exact lists, or to move such a tree, and then the 36 of
- * before. */
+ * The arrays of meshes may go afterwards. For later calls the scene keeps on the host, in bytes a triangle: 36 of
+ * corners, 12 of indices, 4 of materials, 36 of normals if there are some, and about 36 of a tree that was built there.
+ * Exact lists, and moves of such a tree, add about 98 from the first on; moves add 36 of the corners of before, too. */
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotInstances* instances, const BallotSceneOptions* options,
                                             BallotScene** scene);
@@ -128,9 +127,9 @@ BALLOT_API BallotStatus ballot_scene_add_instances(BallotScene* scene, const Bal
                                                    uint32_t* numbers);
 BALLOT_API BallotStatus ballot_scene_remove_instances(BallotScene* scene, const uint32_t* instances, size_t count);
 /* Moves instances: a matrix for each, as in BallotInstances. instances NULL: all of them, in the order of their
- * numbers; the array is then read by ballot_scene_commit(): keep it until then. A mesh that lay in a tree with others gets
- * its own. The tree over the instances is refitted, or built anew once refits have raised its cost by a quarter; the trees
- * of the meshes stay. stride is in bytes; 0: 48. */
+ * numbers; the array is then read by ballot_scene_commit(): keep it until then. A mesh that lay in a tree with others
+ * gets its own. The tree over the instances is refitted, or built anew once refits have raised its cost by a quarter;
+ * the trees of the meshes stay. stride is in bytes; 0: 48. */
 BALLOT_API BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* instances,
                                                     const float* transforms, size_t count, size_t stride);
 /* Sets the masks of instances. An instance of mask 0 is met by nothing. Crossings leave out an instance whose mask

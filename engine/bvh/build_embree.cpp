@@ -111,18 +111,18 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pa
 
 RTCBounds to_embree(const Bounds& b) { return {b.lo.x, b.lo.y, b.lo.z, 0, b.hi.x, b.hi.y, b.hi.z, 0}; }
 
-// Returns the thickness that keeps the centre of a part on its side of the plane. Embree numbers sixteen bins in float32.
-// So the bin of a centre is off from the plane by up to 2^-22 of the extent of the references and 2^-22 of the
+// Returns the thickness that keeps the centre of a part on its side of the plane. Embree numbers sixteen bins by
+// float32. So the bin of a centre is off from the plane by up to 2^-22 of the extent of the references and 2^-22 of the
 // coordinate. This is twice as much, and the last term is for bins narrower than the normal range of float32.
 glm::vec3 least_thickness(const Bounds& scene) {
   const glm::vec3 largest = glm::max(glm::abs(scene.lo), glm::abs(scene.hi));
   return (scene.hi - scene.lo + largest) * 0x1p-21f + 0x1p-140f;
 }
 
-// Embree plans a split by its bins, splits what crosses the plane until the room is used up, and then sorts the parts by
-// the bins of their centres. It aborts the process if all lie on one side. That happened: slivers at the plane, which
-// the bins do not see, took the room, and both parts of each lay on the same side. So each part is made so thick that
-// its centre lies on its side, and then one split leaves no side empty.
+// Embree plans a split by its bins, splits what crosses the plane until the room is used up, and then sorts the parts
+// by the bins of their centres. It aborts the process if all lie on one side. That happened: slivers at the plane,
+// which the bins do not see, took the room, and both parts of each lay on the same side. So each part is made so thick
+// that its centre lies on its side, and then one split leaves no side empty.
 void split(const RTCBuildPrimitive* part, unsigned axis, float position, RTCBounds* left, RTCBounds* right,
            void* user) {
   const OrderedWork order(user);

@@ -87,7 +87,8 @@ class MeshArrays {
   const PairTree& any_pairs() { return lend(any_kept()); }
   /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
-  /// Frees what was made for uploads alone, unless the tree has changed: then it may again, and kernels share the pairs.
+  /// Frees what was made for uploads alone, unless the tree has changed: then it may change again, and all kernels of
+  /// an update share the pairs.
   void let_go();
 
   /// Begins to encode a format on another thread if that takes long. encode() waits for it.

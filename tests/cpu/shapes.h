@@ -42,8 +42,8 @@ inline Triangles soup(std::size_t count, float size, std::uint32_t seed = 1) {
   return out;
 }
 
-/// Triangles between points of a coarse grid whose origin and spacing are rounded. So many vertices lie next to the planes
-/// that a builder splits at, off by the last digits.
+/// Triangles between points of a coarse grid whose origin and spacing are rounded. So many vertices lie next to the
+/// planes that a builder splits at, off by the last digits.
 inline Triangles rounded_grid(std::uint32_t seed) {
   Random random(seed);
   const int steps = 1 + static_cast<int>(random.below(4));
