@@ -27,8 +27,8 @@ SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const Bu
                      const Progress& progress);
 
 /// Builds the tree of a mesh of a scene with instances, as build_tree() does; those of large meshes alone are cached,
-/// and stay on the device.
+/// and stay on the device. Trees of the device that do not stay are made in `scratch`, which is made if it is null.
 MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
-                    const Progress& progress);
+                    const Progress& progress, std::unique_ptr<DeviceBuild>& scratch);
 
 }  // namespace ballot

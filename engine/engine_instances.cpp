@@ -33,10 +33,16 @@ std::vector<Transform> transforms_of(const Scene& scene) {
 }  // namespace
 
 MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
-                    const Progress& progress) {
+                    const Progress& progress, std::unique_ptr<DeviceBuild>& scratch) {
+  if (builder_of(settings.builder).on_device && triangles.size() < kLeastThere) {
+    if (scratch)
+      scratch->build(triangles);
+    else
+      scratch = std::make_unique<DeviceBuild>(gpu, triangles, settings);
+    return make_mesh_tree(triangles, scratch->bvh());
+  }
   const bool caches = use_cache && triangles.size() >= kCachedTriangles;
   SceneTree built = build_tree(gpu, triangles, settings, caches, progress);
-  if (built.there && triangles.size() < kLeastThere) built = {built.there->bvh()};
   MeshTree made = make_mesh_tree(triangles, std::move(built.bvh));
   made.there = std::move(built.there);
   return made;
@@ -46,6 +52,7 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
                                      const KnownTrees& known, const Progress& progress) {
   const TreeLayout layout = tree_layout(scene);
   std::vector<MeshTree> meshes;
+  std::unique_ptr<DeviceBuild> scratch;
   std::size_t done = 0;
   for (const std::span<const Triangle> triangles : meshes_of(scene, layout)) {
     const Progress part = [&](double share) {
@@ -54,7 +61,7 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
     if (const std::size_t m = meshes.size(); !known.empty() && known[m])
       meshes.push_back({triangles, known[m]->bvh, known[m]->extents, known[m]->there});
     else
-      meshes.push_back(build_mesh(gpu, triangles, settings, use_cache, part));
+      meshes.push_back(build_mesh(gpu, triangles, settings, use_cache, part, scratch));
     done += triangles.size();
   }
   std::vector<std::uint32_t> names;

@@ -173,7 +173,8 @@ void Engine::follow_here(TreeMove& move, UpdateMode mode) {
     if (move.refitted) move.now = make_mesh_tree(move.here, std::move(tree));
   }
   if (!move.refitted) {
-    move.now = build_mesh(*gpu_, move.here, build_, false, {});
+    std::unique_ptr<DeviceBuild> scratch;
+    move.now = build_mesh(*gpu_, move.here, build_, false, {}, scratch);
     policy.built(timer.seconds(), move.now.bvh->stats.sah);
   }
   move.now.triangles = old.triangles;
@@ -295,7 +296,8 @@ void Engine::rebuild(std::size_t tree) {
     move.now = forest_->meshes()[tree];
     move.now.bvh = std::make_shared<const Bvh>(built->summary());
   } else {
-    move.now = build_mesh(*gpu_, forest_->meshes()[tree].triangles, build_, false, {});
+    std::unique_ptr<DeviceBuild> scratch;
+    move.now = build_mesh(*gpu_, forest_->meshes()[tree].triangles, build_, false, {}, scratch);
   }
   const double sah = move.now.bvh->stats.sah;
   take_moves(std::span(&move, 1), forest_->transforms());

@@ -46,8 +46,7 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     const DeviceUse use(*d);
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
-    const char* builder = instances ? "balanced" : "auto";
-    state->open(std::move(made), engine_options(*d, o, builder, o.cache != 0), build_progress(watch));
+    state->open(std::move(made), engine_options(*d, o, "auto", o.cache != 0), build_progress(watch));
     *scene = scenes().add(state);
   });
 }

@@ -69,22 +69,26 @@ class ReadBack {
 
 DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings)
     : gpu_(gpu), settings_(settings), builder_(gpu) {
-  const Timer timer;
   check_settings(settings);
+  build(triangles);
+}
+
+void DeviceBuild::build(std::span<const Triangle> triangles) {
+  const Timer timer;
   check_triangles(triangles);
-  DeviceBuilder::check_count(gpu.info(), triangles.size());
-  triangles_ = DeviceBuilder::upload(gpu, triangles);
-  build();
+  DeviceBuilder::check_count(gpu_.info(), triangles.size());
+  triangles_ = DeviceBuilder::upload(gpu_, triangles);
+  build_at_hand();
   summary_.stats.build_s = timer.seconds();
 }
 
 void DeviceBuild::rebuild() {
   const Timer timer;
-  build();
+  build_at_hand();
   summary_.stats.build_s = timer.seconds();
 }
 
-void DeviceBuild::build() {
+void DeviceBuild::build_at_hand() {
   built_ = builder_.build(*triangles_, std::uint32_t(triangles_->size()), settings_);
   bvh_.reset();
   summary_ = {};

@@ -41,6 +41,8 @@ class DeviceBuild {
   /// Builds the tree of the triangles at hand, in the same memory. Throws as the constructor does; the tree is lost
   /// then.
   void rebuild();
+  /// The same for any number of other triangles of the host.
+  void build(std::span<const Triangle> triangles);
 
   /// Write the device arrays (DeviceBuilder::write, write_frontier).
   void write(NodeLayout layout, Padding padding, const BufferPart& pairs, const BufferPart& leaves) {
@@ -58,7 +60,7 @@ class DeviceBuild {
 
  private:
   PairTree download();
-  void build();
+  void build_at_hand();
 
   Context& gpu_;
   BuildSettings settings_;
