@@ -48,7 +48,7 @@ def broken_links(manual: Path) -> list[str]:
         elif anchor and anchor not in anchors(target.read_text(encoding="utf-8")):
             wrong.append(f"links to {link}, but there is no such heading")
     for path in re.findall(rf"`((?:{'|'.join(FOLDERS)})/[\w./-]+\.\w+)[` ]", text):
-        stands_for_any = re.search(r"/[A-Z]+\.\w+$", path)  # as engine/formats/NAME.h does
+        stands_for_any = re.search(r"/[A-Z]+\.\w+$", path)  # as engine/tree/formats/NAME.h does
         if not stands_for_any and path not in EXAMPLES and not (ROOT / path).exists():
             wrong.append(f"names {path}, which does not exist")
     return wrong

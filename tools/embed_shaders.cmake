@@ -3,7 +3,7 @@
 file(GLOB_RECURSE files RELATIVE ${SOURCE} ${SOURCE}/*)
 list(FILTER files EXCLUDE REGEX "[.]md$")
 list(SORT files)
-set(text "#include \"engine/vk/shader_texts.h\"\n\nnamespace ballot {\n\nconst ShaderText kShaderTexts[] = {\n")
+set(text "#include \"engine/gpu/shader_texts.h\"\n\nnamespace ballot {\n\nconst ShaderText kShaderTexts[] = {\n")
 foreach(file ${files})
   file(READ ${SOURCE}/${file} content)
   string(APPEND text "    {\"${file}\", R\"~~~~(${content})~~~~\"},\n")

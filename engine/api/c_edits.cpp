@@ -4,7 +4,7 @@
 #include "engine/api/arrays.h"
 #include "engine/api/meshes.h"
 #include "engine/core/parallel.h"
-#include "engine/scene/instances.h"
+#include "engine/model/instances.h"
 
 namespace ballot::api {
 namespace {

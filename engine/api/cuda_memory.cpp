@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "engine/core/error.h"
-#include "engine/vk/buffer.h"
+#include "engine/gpu/buffer.h"
 
 namespace ballot::api {
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
 constexpr std::size_t kMostInstances = std::numeric_limits<std::uint32_t>::max() - 2;  // each has a triangle at least
-constexpr float kLargestCoordinate = 1e12f;  // the limit of build_bvh() (engine/bvh/bvh.h)
+constexpr float kLargestCoordinate = 1e12f;  // the limit of build_bvh() (engine/tree/host/bvh.h)
 
 glm::vec3 vertex(const float* positions, std::size_t stride, std::size_t i) {
   const float* p = reinterpret_cast<const float*>(reinterpret_cast<const char*>(positions) + i * stride);

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/scene/prim_ids.h"
+#include "engine/model/prim_ids.h"
 
 namespace ballot::api {
 

@@ -17,7 +17,7 @@
 #include "engine/api/handles.h"
 #include "engine/api/jobs.h"
 #include "engine/api/place_table.h"
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::api {
 

@@ -21,11 +21,11 @@
 #include <limits>
 #include <optional>
 
-#include "engine/bvh/build.h"
-#include "engine/bvh/moved_corners.h"
 #include "engine/core/exact_area.h"
 #include "engine/oracle/nearest.h"
 #include "engine/oracle/walker.h"
+#include "engine/tree/host/build.h"
+#include "engine/tree/host/moved_corners.h"
 
 namespace ballot {
 namespace {

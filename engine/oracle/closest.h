@@ -3,7 +3,7 @@
 //
 // Definition. Coordinates are taken as real numbers. The nearest triangle is that of the smallest exact distance, and
 // of the smallest prim among those that are exactly as far. Triangles without area are in no leaf and are left out.
-// Those of instances have the float32 corners of moved_corner() (engine/bvh/moved_corners.h).
+// Those of instances have the float32 corners of moved_corner() (engine/tree/host/moved_corners.h).
 //
 // Method. A walk of the tree in double precision finds the triangles that may be the nearest by a proved error bound.
 // If there are several, features that are surely the same corner or edge are equally far; integers decide the others.

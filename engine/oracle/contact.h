@@ -3,7 +3,7 @@
 #pragma once
 
 #include "engine/core/geometry.h"
-#include "engine/formats/pair.h"
+#include "engine/tree/formats/pair.h"
 
 namespace ballot {
 

@@ -1,8 +1,8 @@
 // The conservative box test of the exact oracle: it culls no box that may hold an exact hit. Internal to engine/oracle.
 //
 // A triangle may lie in several leaves. Each of them has a box of a part of it, and the boxes of the parts cover the
-// triangle (engine/bvh/build.h, split_reference; check_bvh). So a hit point lies in the box of some leaf that holds the
-// triangle, and in the boxes of all nodes above. Two conditions suffice: no box with a point o + t d,
+// triangle (engine/tree/host/build.h, split_reference; check_bvh). So a hit point lies in the box of some leaf that
+// holds the triangle, and in the boxes of all nodes above. Two conditions suffice: no box with a point o + t d,
 // t_min <= t <= t_far, is culled, and t_far is never less than the exact t of the nearest hit.
 //
 // The ray enters and leaves slab k of a box at (lo - o_k) / d_k and (hi - o_k) / d_k, in some order. Computed as

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/bvh/bvh.h"
 #include "engine/core/parallel.h"
+#include "engine/tree/host/bvh.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/bvh/build.h"
 #include "engine/oracle/walker.h"
+#include "engine/tree/host/build.h"
 
 namespace ballot {
 

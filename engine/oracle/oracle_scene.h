@@ -7,13 +7,13 @@
 #include <span>
 #include <vector>
 
-#include "engine/bvh/moved_corners.h"
-#include "engine/formats/pair.h"
+#include "engine/tree/formats/pair.h"
+#include "engine/tree/host/moved_corners.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot {
 
-/// A mesh as a ray meets it, by the definition of object-space rays (engine/bvh/instance.h).
+/// A mesh as a ray meets it, by the definition of object-space rays (engine/tree/host/instance.h).
 struct PlacedMesh {
   const PairTree& tree;
   std::span<const Triangle> triangles;  // of the mesh, or none
@@ -82,7 +82,7 @@ class OracleScene {
     }
   }
 
-  /// Returns a triangle of the scene in the world, as closest points have it (engine/bvh/moved_corners.h).
+  /// Returns a triangle of the scene in the world, as closest points have it (engine/tree/host/moved_corners.h).
   Triangle world_triangle(std::uint32_t prim) const {
     return forest_ ? moved_triangle(*forest_, prim) : triangles_[prim];
   }

@@ -6,25 +6,25 @@
 namespace ballot {
 namespace {
 
-using Vec = std::array<Dyadic, 3>;
+using DyadicVec = std::array<Dyadic, 3>;
 
-Vec difference(const glm::vec3& a, const glm::vec3& b) {
+DyadicVec dyadic_difference(const glm::vec3& a, const glm::vec3& b) {
   return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
 }
 
-Vec cross(const Vec& a, const Vec& b) {
+DyadicVec cross(const DyadicVec& a, const DyadicVec& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-Dyadic dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Dyadic dot(const DyadicVec& a, const DyadicVec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 }  // namespace
 
 ExactSight::ExactSight(const Ray& ray, const Triangle& triangle) {
-  const Vec p[3] = {difference(triangle[0], ray.origin), difference(triangle[1], ray.origin),
-                    difference(triangle[2], ray.origin)};
-  const Vec d{Dyadic(ray.dir.x), Dyadic(ray.dir.y), Dyadic(ray.dir.z)};
-  const Vec across = cross(p[1], p[2]);
+  const DyadicVec p[3] = {dyadic_difference(triangle[0], ray.origin), dyadic_difference(triangle[1], ray.origin),
+                          dyadic_difference(triangle[2], ray.origin)};
+  const DyadicVec d{Dyadic(ray.dir.x), Dyadic(ray.dir.y), Dyadic(ray.dir.z)};
+  const DyadicVec across = cross(p[1], p[2]);
   side[0] = dot(d, across);
   side[1] = dot(d, cross(p[2], p[0]));
   side[2] = dot(d, cross(p[0], p[1]));
@@ -33,7 +33,7 @@ ExactSight::ExactSight(const Ray& ray, const Triangle& triangle) {
 }
 
 bool has_area(const Triangle& t) {
-  const Vec normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
+  const DyadicVec normal = cross(dyadic_difference(t[1], t[0]), dyadic_difference(t[2], t[0]));
   return normal[0].sign() != 0 || normal[1].sign() != 0 || normal[2].sign() != 0;
 }
 

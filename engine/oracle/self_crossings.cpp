@@ -15,10 +15,10 @@
 #include <mutex>
 #include <optional>
 
-#include "engine/bvh/bvh.h"
 #include "engine/core/parallel.h"
 #include "engine/oracle/dyadic.h"
 #include "engine/oracle/walker.h"
+#include "engine/tree/host/bvh.h"
 
 namespace ballot {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/bvh/bvh.h"
 #include "engine/core/geometry.h"
+#include "engine/tree/host/bvh.h"
 
 namespace ballot {
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "engine/formats/pair_decode.h"
+#include "engine/tree/formats/pair_decode.h"
 
 namespace ballot {
 

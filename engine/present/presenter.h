@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "engine/vk/buffer.h"
+#include "engine/gpu/buffer.h"
 
 namespace ballot {
 

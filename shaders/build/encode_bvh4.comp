@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Writes the nodes of the four-wide tree (shared/layout.h), as engine/formats/bvh4.cpp does.
+// Writes the nodes of the four-wide tree (shared/layout.h), as engine/tree/formats/bvh4.cpp does.
 #define BALLOT_WIDTH BVH4_CHILDREN
 #include "../lib/build/encode.glsl"
 #include "../shared/grid.h"

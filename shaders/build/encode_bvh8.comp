@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Writes the nodes of the compressed eight-wide tree and the lists of their leaves (shared/layout.h), as
-// engine/formats/bvh8.cpp does.
+// engine/tree/formats/bvh8.cpp does.
 #define BALLOT_WIDTH BVH8_CHILDREN
 #include "../lib/build/encode.glsl"
 #include "../shared/grid.h"

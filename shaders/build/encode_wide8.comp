@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Writes the nodes of the eight-wide tree (shared/layout.h), as engine/formats/wide8.cpp does.
+// Writes the nodes of the eight-wide tree (shared/layout.h), as engine/tree/formats/wide8.cpp does.
 #define BALLOT_WIDTH WIDE8_CHILDREN
 #include "../lib/build/encode.glsl"
 

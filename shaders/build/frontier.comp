@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Writes the frontier of a tree (shaders/shared/layout.h) from its pairs, in one workgroup, as
-// engine/formats/frontier.cpp does on the host: the node of the largest area is opened until there are enough, and the
-// nodes stand in order for each octant of directions. Areas are float32's here, so other nodes may be opened; no hit
-// depends on which.
+// engine/tree/formats/frontier.cpp does on the host: the node of the largest area is opened until there are enough, and
+// the nodes stand in order for each octant of directions. Areas are float32's here, so other nodes may be opened; no
+// hit depends on which.
 #include "../lib/build/frame.glsl"
 
 layout(push_constant, scalar) uniform Push { FrontierPush push; };

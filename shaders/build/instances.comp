@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Places instances: writes the record of each (shaders/shared/layout.h), and finds the first whose transform cannot be
-// placed. As place_instance() of engine/bvh/instance.cpp, which derives the box and the slack: every operation is
+// placed. As place_instance() of engine/tree/host/instance.cpp, which derives the box and the slack: every operation is
 // rounded by itself, in the same order, in float64. So records have the bits of the host's, but for numbers below
 // 2^-126.
 #include "../lib/build/frame.glsl"

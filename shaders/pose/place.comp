@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Places the vertices of parts that move as a whole, one invocation each, in float64 and rounded once: positions with
-// the bits of the host (transform_point() of engine/scene/placing.h). Normals are made unit vectors, or zero.
+// the bits of the host (transform_point() of engine/model/placing.h). Normals are made unit vectors, or zero.
 #include "../shared/pose.h"
 
 layout(local_size_x = POSE_GROUP) in;

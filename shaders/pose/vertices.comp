@@ -4,7 +4,7 @@
 // Poses the vertices of skinned and morphed meshes, one invocation each: morph targets are added, the matrices of the
 // joints are blended by their weights, and position and normal go through the blended matrix.
 //
-// engine/scene/pose.h defines the result. Every product and sum is rounded by itself, in its order: `precise` keeps
+// engine/model/pose.h defines the result. Every product and sum is rounded by itself, in its order: `precise` keeps
 // compilers from contracting them. There is no division and no root, which devices round differently. So the bits are
 // those of the host, unless a result is denormal.
 #include "../shared/pose.h"

@@ -10,8 +10,8 @@
 // NO_HIT, distance infinite, and the rest zero. A walk that did not finish has prim UNFINISHED.
 //
 // With BALLOT_SIDES `behind` tells whether the point is on the inner side of the surface: by the pseudonormal of the
-// part of the triangle that the nearest point is in, which for its inside is its normal (engine/bvh/pseudonormals.h has
-// the source). Else it is 0.
+// part of the triangle that the nearest point is in, which for its inside is its normal
+// (engine/tree/host/pseudonormals.h has the source). Else it is 0.
 //
 // The answer is the least of the distances that nearest_of() computes over all triangles within the limit, and among
 // equal ones the triangle with the smallest prim. That number depends on point and triangle alone, so the answer

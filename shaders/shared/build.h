@@ -1,5 +1,5 @@
 // Records, push constants and bindings of the kernels that build the tree on the device (shaders/build/,
-// engine/tree/build/).
+// engine/tree/device/).
 #ifndef BALLOT_BUILD_H
 #define BALLOT_BUILD_H
 
@@ -97,7 +97,7 @@ struct BuildState {
 };
 BALLOT_RECORD(BuildState, 124);
 
-// A mesh as its instances are placed by it (MeshExtents of engine/bvh/instance.h).
+// A mesh as its instances are placed by it (MeshExtents of engine/tree/host/instance.h).
 struct MeshExtent {
   vec3 lo, hi;    // of its tree
   vec3 triangle;  // the largest extent of a triangle along each axis

@@ -24,7 +24,7 @@ namespace ballot {
 #define GRID_STEPS 255u
 // 2^-120, the smallest step. Its products with directions are not denormal, so no device flushes them to zero.
 #define GRID_SMALLEST_STEP 7.52316385e-37f
-// 2^-20, the share of a node's extent by which bvh8 widens its children (engine/formats/bvh8.h).
+// 2^-20, the share of a node's extent by which bvh8 widens its children (engine/tree/formats/bvh8.h).
 #define GRID_MARGIN 9.5367431640625e-7f
 
 // The difference x - y, kept exactly as rounded + rest.

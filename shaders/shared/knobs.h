@@ -1,4 +1,4 @@
-// Written by `ballot shaders --headers` from the registry engine/trace/knobs.h; a test compares.
+// Written by `ballot shaders --headers` from the registry engine/answer/knobs.h; a test compares.
 // The values of the defines that knobs set.
 #ifndef BALLOT_KNOBS_H
 #define BALLOT_KNOBS_H

@@ -1,5 +1,5 @@
-// Written by `ballot shaders --headers` from engine/trace/; a test compares.
-// Every define that a traversal kernel reads must be given (engine/trace/variant.cpp).
+// Written by `ballot shaders --headers` from engine/answer/; a test compares.
+// Every define that a traversal kernel reads must be given (engine/answer/variant.cpp).
 #ifndef BALLOT_FETCH
 #error BALLOT_FETCH is not defined
 #endif

@@ -71,7 +71,7 @@ BALLOT_RECORD(IndirectArgs, 16);
 #define MAX_LEAF_TRIANGLES 6
 
 // Boxes of nodes and leaves, in every tree, are measured from zero on most axes. On an axis where the scene is far from
-// zero they are measured from the middle of the scene (box_origin(), engine/bvh/bvh.h). Vertices keep their own
+// zero they are measured from the middle of the scene (box_origin(), engine/tree/host/bvh.h). Vertices keep their own
 // coordinates.
 
 // A leaf block: two texels with the leaf's own box, (lo.xyz, count) and (hi.xyz, x), then three texels for each

@@ -1,5 +1,5 @@
 // Records, push constants and bindings of the kernels that pose vertices and move triangles (shaders/pose/,
-// engine/tree/device_poser.h, engine/tree/posed_triangles.h).
+// engine/tree/device/device_poser.h, engine/tree/device/posed_triangles.h).
 #ifndef BALLOT_POSE_H
 #define BALLOT_POSE_H
 
@@ -7,7 +7,7 @@
 
 #define POSE_GROUP 64  // invocations of a workgroup
 
-// Bindings of set 0. Vertices, influences and deltas are those of engine/scene/animation.h.
+// Bindings of set 0. Vertices, influences and deltas are those of engine/model/animation.h.
 #define BIND_POSE_PARTS 0
 #define BIND_POSE_PART_OF 1     // the part of each posed vertex
 #define BIND_POSE_POSITIONS 2   // three floats a vertex

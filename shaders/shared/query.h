@@ -15,7 +15,7 @@
 #define BIND_POINT_INSTANCES 23  // in: the instances as closest points need them
 
 // The parts of a triangle: corners 0, 1, 2, edges 0 1, 1 2, 2 0, and the inside. All but the inside have a pseudonormal
-// (engine/bvh/pseudonormals.h), in this order.
+// (engine/tree/host/pseudonormals.h), in this order.
 #define PART_EDGE 3u
 #define PART_INSIDE 6u
 #define PSEUDONORMALS 6u

@@ -73,7 +73,7 @@
 #define BIND_EMITTERS 44  // texel buffer of emissive triangles: (prim, running sum of weights, 0, 0)
 #define BIND_LIGHTS 45
 
-// Values of BALLOT_SKY: the numbers of Sky::Kind (engine/scene/light.h).
+// Values of BALLOT_SKY: the numbers of Sky::Kind (engine/model/light.h).
 #define SKY_NONE 0
 #define SKY_CONSTANT 1
 #define SKY_GRADIENT 2
@@ -180,7 +180,7 @@ struct TilesPush {
   uint count;
 };
 
-// A material. See engine/scene/material.h.
+// A material. See engine/model/material.h.
 struct GpuMaterial {
   vec3 base_color;
   float alpha;
@@ -195,7 +195,7 @@ struct GpuMaterial {
   uint flags;
 };
 
-// A use of a texture by a material. See TextureUse in engine/scene/material.h.
+// A use of a texture by a material. See TextureUse in engine/model/material.h.
 struct GpuTextureUse {
   uint texture;   // NO_TEXTURE if there is none
   uint first_uv;  // texel of BIND_UVS at which the coordinate set begins
@@ -212,7 +212,7 @@ struct GpuTexture {
   uint flags;  // wrap mode of u, wrap mode of v << TEXTURE_WRAP_V_SHIFT, TEXTURE_NEAREST
 };
 
-// A punctual light (KHR_lights_punctual). See engine/scene/light.h.
+// A punctual light (KHR_lights_punctual). See engine/model/light.h.
 struct GpuLight {
   vec3 position;
   uint kind;

@@ -1,4 +1,4 @@
-// Push constants and bindings of the kernels that reorder rays (shaders/reorder/, engine/trace/reorder.h).
+// Push constants and bindings of the kernels that reorder rays (shaders/reorder/, engine/answer/reorder.h).
 #ifndef BALLOT_REORDER_H
 #define BALLOT_REORDER_H
 

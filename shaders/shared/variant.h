@@ -1,5 +1,5 @@
 // The specialization constants, bindings and preprocessor defines of a traversal kernel variant. Every variant must
-// give all of the defines. Only engine/trace/variant.cpp sets them.
+// give all of the defines. Only engine/answer/variant.cpp sets them.
 #ifndef BALLOT_VARIANT_H
 #define BALLOT_VARIANT_H
 
@@ -25,7 +25,7 @@
 #define BIND_MESHES 9    // BALLOT_INSTANCES only: a record for each mesh
 #define BIND_DOUBTFUL 10 // kernels that list or take rays in doubt: IndirectArgs, then the numbers of the rays
 
-// Defines that knobs set have their values in knobs.h, written from engine/trace/knobs.h. The others:
+// Defines that knobs set have their values in knobs.h, written from engine/answer/knobs.h. The others:
 //
 // BALLOT_ANY_HIT           1: any hit ends a ray. 0: the nearest hit is searched for.
 // BALLOT_INDIRECT          1: the ray count is read from BIND_INDIRECT, entry push.ray_end.
@@ -79,8 +79,8 @@ struct TracePush {
   uint format_lo, format_hi;
   vec3 box_origin;                // BALLOT_BOX_ORIGIN only: the point that boxes are measured from (layout.h)
   float padded_reach;             // BOX_WIDENED: the largest distance, along an axis, of a ray origin from that point
-  float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT; see engine/tree/shear.h
-  uint threshold;                 // for methods that have one: lanes, entries or disagreements (engine/trace/methods.h)
+  float shear_scale, shear_near;  // TRIANGLE_WATERTIGHT; see engine/tree/device/shear.h
+  uint threshold;                 // for methods that have one: lanes, entries or disagreements (methods.h)
   uint camera;                    // BALLOT_CAMERA only: entry of BIND_CAMERAS
 };
 

@@ -19,8 +19,8 @@
 #include "engine/core/file.h"
 #include "engine/core/parallel.h"
 #include "engine/core/progress.h"
+#include "engine/files/load.h"
 #include "engine/oracle/errors.h"
-#include "engine/scene/load.h"
 #include "tests/check/embree_scene.h"
 
 namespace {

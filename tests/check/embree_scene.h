@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/model/scene.h"
 
 namespace ballot {
 

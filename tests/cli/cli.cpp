@@ -13,7 +13,7 @@
 #include <sstream>
 #include <thread>
 
-#include "engine/core/npy.h"
+#include "engine/files/npy.h"
 #include "tests/cpu/gltf_builder.h"
 
 namespace ballot::test {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "engine/render/film/film_file.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"

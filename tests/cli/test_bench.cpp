@@ -3,9 +3,9 @@
 
 #include <cstdlib>
 
-#include "engine/core/npy.h"
+#include "engine/answer/knobs.h"
+#include "engine/files/npy.h"
 #include "engine/render/batch/ray_kinds.h"
-#include "engine/trace/knobs.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {

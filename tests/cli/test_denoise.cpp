@@ -1,8 +1,8 @@
 // Tests of `ballot render --denoise`, with a stand-in for the library (fake_denoiser.cpp).
 #include <cmath>
 
-#include "engine/core/image.h"
 #include "engine/core/registry.h"
+#include "engine/files/image.h"
 #include "engine/render/path/integrators.h"
 #include "tests/cli/cli.h"
 

@@ -1,5 +1,5 @@
 // Tests of the choice of a device, and of the error messages where no device is usable.
-#include "engine/vk/context.h"
+#include "engine/gpu/context.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
 #include "tests/cpu/needs.h"

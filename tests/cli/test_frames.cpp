@@ -1,5 +1,5 @@
 // Tests of pictures at a time of an animation: --time, --frames and their parts, and `info`, which lists animations.
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/animated.h"
 

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <sstream>
 
+#include "engine/answer/knobs.h"
+#include "engine/answer/numeric.h"
 #include "engine/render/film/renderer.h"
-#include "engine/trace/knobs.h"
-#include "engine/trace/numeric.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <regex>
 
+#include "engine/answer/methods.h"
 #include "engine/render/path/integrators.h"
-#include "engine/trace/methods.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {

@@ -1,5 +1,5 @@
 // Tests of --instances: the commands work on scenes that keep their meshes once.
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/animated.h"
 

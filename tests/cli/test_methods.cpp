@@ -2,9 +2,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "engine/formats/formats.h"
-#include "engine/trace/knobs.h"
-#include "engine/trace/numeric.h"
+#include "engine/answer/knobs.h"
+#include "engine/answer/numeric.h"
+#include "engine/tree/formats/formats.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
 

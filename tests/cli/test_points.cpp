@@ -7,7 +7,7 @@
 #include <random>
 
 #include "engine/core/file.h"
-#include "engine/core/npy_points.h"
+#include "engine/files/npy_points.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
 #include "tests/cpu/shapes.h"

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "engine/core/image.h"
-#include "engine/trace/methods.h"
-#include "engine/trace/numeric.h"
+#include "engine/answer/methods.h"
+#include "engine/answer/numeric.h"
+#include "engine/files/image.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
 

@@ -1,6 +1,6 @@
 // Tests of pictures that are rendered in bands of rows: they have the pixels of a picture that is rendered whole.
 #include "engine/core/file.h"
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {

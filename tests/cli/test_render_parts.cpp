@@ -1,6 +1,6 @@
 // Tests of pictures that are rendered in parts: tiles and their merging, crops, checkpoints and resuming from them.
 // Also tests the error figures against a reference picture.
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "tests/cli/cli.h"
 #include "tests/cpu/gltf_builder.h"
 

@@ -6,10 +6,10 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/answer/knobs.h"
+#include "engine/answer/numeric.h"
 #include "engine/core/file.h"
-#include "engine/core/npy.h"
-#include "engine/trace/knobs.h"
-#include "engine/trace/numeric.h"
+#include "engine/files/npy.h"
 #include "tests/cli/cli.h"
 
 namespace ballot::test {

@@ -1,9 +1,9 @@
 // Tests of `ballot verify`: its measurements, its verdicts, its output files and the arguments that it refuses.
 #include <fstream>
 
+#include "engine/answer/methods.h"
+#include "engine/answer/numeric.h"
 #include "engine/render/batch/ray_kinds.h"
-#include "engine/trace/methods.h"
-#include "engine/trace/numeric.h"
 #include "tests/cli/cli.h"
 #include "tools/hard/hard.h"
 

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "engine/scene/pose.h"
+#include "engine/model/pose.h"
 #include "tests/cpu/gltf_builder.h"
 
 namespace ballot::test {

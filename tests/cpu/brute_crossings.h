@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "engine/bvh/forest.h"
 #include "engine/oracle/nearest.h"
 #include "engine/oracle/oracle.h"
+#include "engine/tree/host/forest.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

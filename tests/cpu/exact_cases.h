@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/formats/pair.h"
+#include "engine/tree/formats/pair.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot::exact_cases {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
-#include "engine/scene/load.h"
+#include "engine/files/load.h"
 #include "tests/temporary.h"
 
 namespace ballot::test {

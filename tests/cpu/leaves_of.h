@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "engine/formats/pair_decode.h"
+#include "engine/tree/formats/pair_decode.h"
 
 namespace ballot {
 

@@ -1,8 +1,8 @@
 // What the tests of formats that are made of the pair tree share.
 #pragma once
 
-#include "engine/bvh/build.h"
-#include "engine/formats/pair.h"
+#include "engine/tree/formats/pair.h"
+#include "engine/tree/host/build.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

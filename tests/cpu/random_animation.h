@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 #include <random>
 
-#include "engine/scene/pose.h"
+#include "engine/model/pose.h"
 
 namespace ballot::test {
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/model/scene.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot::shapes {

@@ -5,8 +5,8 @@
 #include <deque>
 #include <limits>
 
-#include "engine/bvh/build.h"
 #include "engine/core/error.h"
+#include "engine/tree/host/build.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

@@ -1,8 +1,8 @@
 // Tests of the builders that run on the CPU: every one makes a sound tree of every shape, within the settings.
 #include <gtest/gtest.h>
 
-#include "engine/bvh/bvh.h"
 #include "engine/core/error.h"
+#include "engine/tree/host/bvh.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

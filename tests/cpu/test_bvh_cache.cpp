@@ -9,9 +9,9 @@
 #include <iterator>
 #include <thread>
 
-#include "engine/bvh/builders.h"
-#include "engine/bvh/bvh.h"
 #include "engine/core/error.h"
+#include "engine/tree/host/builders.h"
+#include "engine/tree/host/bvh.h"
 #include "tests/cpu/shapes.h"
 #include "tests/cpu/tree_file.h"
 #include "tests/temporary.h"

@@ -5,7 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "engine/bvh/bvh.h"
+#include "engine/tree/host/bvh.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

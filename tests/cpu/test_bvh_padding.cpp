@@ -1,11 +1,11 @@
-// Tests of padded boxes (engine/bvh/padding.h).
+// Tests of padded boxes (engine/tree/host/padding.h).
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/bvh/padding.h"
-#include "engine/formats/pair_decode.h"
+#include "engine/tree/formats/pair_decode.h"
+#include "engine/tree/host/padding.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

@@ -3,9 +3,9 @@
 
 #include <limits>
 
-#include "engine/bvh/build.h"
-#include "engine/bvh/refit.h"
 #include "engine/core/error.h"
+#include "engine/tree/host/build.h"
+#include "engine/tree/host/refit.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "engine/bvh/build.h"
-#include "engine/bvh/reinsert.h"
+#include "engine/tree/host/build.h"
+#include "engine/tree/host/reinsert.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

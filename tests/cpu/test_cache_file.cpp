@@ -12,8 +12,8 @@
 #include <functional>
 #include <iterator>
 
-#include "engine/bvh/bvh.h"
 #include "engine/core/cache_file.h"
+#include "engine/tree/host/bvh.h"
 #include "tests/cpu/gltf_builder.h"
 #include "tests/cpu/needs.h"
 #include "tests/cpu/shapes.h"

@@ -3,10 +3,10 @@
 
 #include <fstream>
 
-#include "engine/core/image.h"
 #include "engine/core/memory.h"
-#include "engine/scene/make_sky.h"
-#include "engine/scene/texture.h"
+#include "engine/files/image.h"
+#include "engine/files/make_sky.h"
+#include "engine/files/texture.h"
 #include "tests/cpu/gltf_builder.h"
 
 namespace ballot::test {

@@ -10,11 +10,11 @@
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
-#include "engine/core/image.h"
 #include "engine/core/json_limits.h"
 #include "engine/core/memory.h"
-#include "engine/core/npy.h"
 #include "engine/core/progress.h"
+#include "engine/files/image.h"
+#include "engine/files/npy.h"
 #include "tests/temporary.h"
 
 namespace ballot {

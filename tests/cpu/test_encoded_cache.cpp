@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "engine/core/file.h"
-#include "engine/formats/encoded_cache.h"
+#include "engine/tree/formats/encoded_cache.h"
 #include "tests/cpu/shapes.h"
 #include "tests/temporary.h"
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <random>
 
-#include "engine/bvh/build.h"
+#include "engine/model/scene.h"
 #include "engine/oracle/predicates.h"
-#include "engine/scene/scene.h"
+#include "engine/tree/host/build.h"
 
 namespace ballot {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "engine/bvh/forest.h"
 #include "engine/core/error.h"
 #include "engine/oracle/oracle.h"
+#include "engine/tree/host/forest.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

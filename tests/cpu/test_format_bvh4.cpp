@@ -2,9 +2,9 @@
 // allows.
 #include <gtest/gtest.h>
 
-#include "engine/bvh/build.h"
-#include "engine/formats/bvh4.h"
 #include "engine/oracle/dyadic.h"
+#include "engine/tree/formats/bvh4.h"
+#include "engine/tree/host/build.h"
 #include "tests/cpu/leaves_of.h"
 #include "tests/cpu/pair_trees.h"
 #include "tests/cpu/shapes.h"

@@ -2,9 +2,9 @@
 // as their grid allows, and that children lie in the slots of their side.
 #include <gtest/gtest.h>
 
-#include "engine/bvh/build.h"
-#include "engine/formats/bvh8.h"
 #include "engine/oracle/dyadic.h"
+#include "engine/tree/formats/bvh8.h"
+#include "engine/tree/host/build.h"
 #include "tests/cpu/leaves_of.h"
 #include "tests/cpu/pair_trees.h"
 #include "tests/cpu/shapes.h"

@@ -1,9 +1,9 @@
 // Tests that no other collapse of a binary tree has a smaller summed area.
 #include <gtest/gtest.h>
 
-#include "engine/bvh/build.h"
 #include "engine/core/error.h"
-#include "engine/formats/collapse.h"
+#include "engine/tree/formats/collapse.h"
+#include "engine/tree/host/build.h"
 #include "tests/cpu/leaves_of.h"
 #include "tests/cpu/shapes.h"
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <set>
 
-#include "engine/formats/frontier.h"
-#include "engine/formats/pair_decode.h"
+#include "engine/tree/formats/frontier.h"
+#include "engine/tree/formats/pair_decode.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

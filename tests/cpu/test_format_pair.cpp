@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "engine/formats/pair_decode.h"
+#include "engine/tree/formats/pair_decode.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

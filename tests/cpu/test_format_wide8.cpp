@@ -1,7 +1,7 @@
 // Tests that the eight-wide tree holds each leaf of the binary tree once.
 #include <gtest/gtest.h>
 
-#include "engine/formats/wide8.h"
+#include "engine/tree/formats/wide8.h"
 #include "tests/cpu/leaves_of.h"
 #include "tests/cpu/shapes.h"
 

@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "engine/core/memory.h"
-#include "engine/scene/digest.h"
-#include "engine/scene/gltf_keep.h"
-#include "engine/scene/instances.h"
+#include "engine/files/gltf_keep.h"
+#include "engine/model/digest.h"
+#include "engine/model/instances.h"
 #include "tests/cpu/animated.h"
 
 namespace ballot {

@@ -3,8 +3,8 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "engine/bvh/topology.h"
-#include "engine/scene/instances.h"
+#include "engine/model/instances.h"
+#include "engine/tree/host/topology.h"
 #include "tests/cpu/animated.h"
 #include "tests/cpu/shapes.h"
 

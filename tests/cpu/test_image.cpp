@@ -10,7 +10,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "tests/cpu/needs.h"
 #include "tests/temporary.h"
 

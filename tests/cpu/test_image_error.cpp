@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/core/error.h"
-#include "engine/core/image_error.h"
+#include "engine/files/image_error.h"
 
 namespace ballot::test {
 namespace {

@@ -1,7 +1,7 @@
 // Tests of the size of launches: they end in time, and grow as the device allows.
 #include <gtest/gtest.h>
 
-#include "engine/trace/launch_size.h"
+#include "engine/answer/launch_size.h"
 
 namespace ballot {
 namespace {

@@ -34,9 +34,10 @@ std::vector<std::string> includes(const fs::path& file) {
 
 int floor_of(const std::string& path) {
   const std::vector<std::string> floors{
-      "engine/core",         "engine/scene",       "engine/bvh",         "engine/formats",     "engine/oracle",
-      "engine/vk",           "engine/tree",        "engine/trace",       "engine/query",       "engine/render/data",
-      "engine/render/batch", "engine/render/path", "engine/render/film", "engine/render/live", "engine/present"};
+      "engine/core",         "engine/model",       "engine/files",       "engine/tree/host",   "engine/tree/formats",
+      "engine/oracle",       "engine/gpu",         "engine/tree/device", "engine/answer",      "engine/render/data",
+      "engine/render/batch", "engine/render/path", "engine/render/film", "engine/render/live", "engine/present",
+      "engine/scene",        "engine/api"};
   for (std::size_t i = 0; i < floors.size(); ++i)
     if (path.find(floors[i] + "/") != std::string::npos) return int(i);
   return path.find("engine/") != std::string::npos ? int(floors.size()) : -1;
@@ -50,19 +51,20 @@ TEST(Layering, DependenciesPointOneWay) {
     }
 }
 
-TEST(Layering, SceneAndBvhKnowNoVulkan) {
-  for (const char* folder : {"engine/core", "engine/scene", "engine/bvh", "engine/formats", "engine/oracle"})
+TEST(Layering, ModelFilesAndHostTreesKnowNoVulkan) {
+  for (const char* folder :
+       {"engine/core", "engine/model", "engine/files", "engine/tree/host", "engine/tree/formats", "engine/oracle"})
     for (const fs::path& file : sources(folder))
       for (const std::string& line : includes(file))
         EXPECT_EQ(line.find("vulkan"), std::string::npos) << file << ": " << line;
 }
 
-// Other rooms record commands and ask for facts of the device without Vulkan's types (engine/vk/commands.h).
+// Other rooms record commands and ask for facts of the device without Vulkan's types (engine/gpu/commands.h).
 TEST(Layering, OnlyTheDeviceAndTheWindowSpeakVulkan) {
   const std::regex vulkan(R"(\b(Vk[A-Z]|vk_check|vk\(\)|VK_(?!KHR_|EXT_)))");  // extensions are named in comments
   for (const fs::path& file : sources("engine")) {
     const std::string room = file.parent_path().filename().string();
-    if (room == "vk" || room == "present") continue;
+    if (room == "gpu" || room == "present") continue;
     std::ifstream in(file);
     for (std::string line; std::getline(in, line);)
       EXPECT_FALSE(std::regex_search(line, vulkan)) << file << ": " << line;
@@ -72,7 +74,7 @@ TEST(Layering, OnlyTheDeviceAndTheWindowSpeakVulkan) {
 TEST(Layering, ToolsSeeThePublicHeaderOnly) {
   for (const fs::path& file : sources("tools"))
     for (const std::string& line : includes(file))
-      EXPECT_TRUE(line.find("\"engine/") == std::string::npos || line == "#include \"engine/ballot.h\"")
+      EXPECT_TRUE(line.find("\"engine/") == std::string::npos || line == "#include \"engine/scene/ballot.h\"")
           << file << ": " << line;
 }
 

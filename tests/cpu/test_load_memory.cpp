@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "engine/core/npy.h"
+#include "engine/files/npy.h"
 #include "tests/cpu/gltf_builder.h"
 
 namespace ballot::test {

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "engine/core/image.h"
-#include "engine/scene/make_sky.h"
-#include "engine/scene/mip_chain.h"
+#include "engine/files/image.h"
+#include "engine/files/make_sky.h"
+#include "engine/model/mip_chain.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {

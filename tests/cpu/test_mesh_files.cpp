@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "engine/core/npy.h"
+#include "engine/files/npy.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {

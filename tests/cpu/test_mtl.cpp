@@ -1,7 +1,7 @@
 // Tests what the OBJ loader makes of MTL files as programs write them: opacity, odd values, textures, what is left out.
 #include <algorithm>
 
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {

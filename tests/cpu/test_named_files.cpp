@@ -1,7 +1,7 @@
 // Tests of the files that scenes name: only files of the scene's folder are read unless more is allowed.
 #include <gtest/gtest.h>
 
-#include "engine/scene/named_file.h"
+#include "engine/files/named_file.h"
 #include "tests/cpu/gltf_builder.h"
 
 namespace ballot::test {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/bvh/topology.h"
 #include "engine/oracle/nearest.h"
 #include "engine/oracle/self_crossings.h"
+#include "engine/tree/host/topology.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

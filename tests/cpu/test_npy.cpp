@@ -9,7 +9,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/file.h"
-#include "engine/core/npy.h"
+#include "engine/files/npy.h"
 #include "tests/temporary.h"
 
 namespace ballot {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "engine/scene/polygon.h"
+#include "engine/files/polygon.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {

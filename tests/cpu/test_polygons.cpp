@@ -7,7 +7,7 @@
 #include <glm/vec2.hpp>
 #include <numbers>
 
-#include "engine/scene/polygon.h"
+#include "engine/files/polygon.h"
 
 namespace ballot::test {
 namespace {

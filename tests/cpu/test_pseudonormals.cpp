@@ -4,8 +4,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "engine/bvh/pseudonormals.h"
 #include "engine/oracle/nearest.h"
+#include "engine/tree/host/pseudonormals.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/bvh/refit_policy.h"
+#include "engine/tree/host/refit_policy.h"
 
 namespace ballot {
 namespace {

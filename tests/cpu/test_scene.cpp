@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "engine/scene/digest.h"
+#include "engine/model/digest.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {

@@ -1,10 +1,10 @@
 // The meshes and placements of scenes, from memory and from files: ranges, names, ids.
 #include <algorithm>
 
-#include "engine/core/npy.h"
-#include "engine/scene/digest.h"
-#include "engine/scene/instances.h"
-#include "engine/scene/prim_ids.h"
+#include "engine/files/npy.h"
+#include "engine/model/digest.h"
+#include "engine/model/instances.h"
+#include "engine/model/prim_ids.h"
 #include "tests/cpu/animated.h"
 
 namespace ballot {

@@ -4,8 +4,8 @@
 #include <bit>
 #include <cmath>
 
-#include "engine/bvh/bvh.h"
-#include "engine/tree/shear.h"
+#include "engine/tree/device/shear.h"
+#include "engine/tree/host/bvh.h"
 
 namespace ballot {
 namespace {

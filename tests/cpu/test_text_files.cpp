@@ -1,8 +1,8 @@
 // Tests of texts as the wild has them: byte order marks, ends of lines, statements that are not read, no triangles.
 #include <glm/geometric.hpp>
 
-#include "engine/core/npy.h"
-#include "engine/core/text_mark.h"
+#include "engine/files/npy.h"
+#include "engine/files/text_mark.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {

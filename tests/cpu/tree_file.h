@@ -1,4 +1,5 @@
-// The file of a cached tree, for tests that change it behind its checksum. The layout is that of engine/bvh/cache.cpp.
+// The file of a cached tree, for tests that change it behind its checksum. The layout is that of
+// engine/tree/host/cache.cpp.
 #pragma once
 
 #define XXH_INLINE_ALL
@@ -7,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "engine/bvh/bvh.h"
+#include "engine/tree/host/bvh.h"
 
 namespace ballot::tree_file {
 

@@ -1,7 +1,7 @@
 // The fixture of the tests of builders and refits. They share a device, as lavapipe takes long to compile the builder.
 #pragma once
 
-#include "engine/tree/build/device_build.h"
+#include "engine/tree/device/device_build.h"
 #include "tests/device/fixture.h"
 #include "tests/device/tree_shapes.h"
 

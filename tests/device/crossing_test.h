@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cstring>
 
+#include "engine/answer/query_judge.h"
+#include "engine/answer/ray_queries.h"
 #include "engine/oracle/nearest.h"
-#include "engine/query/query_judge.h"
-#include "engine/query/ray_queries.h"
 #include "tests/cpu/brute_crossings.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"

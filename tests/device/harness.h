@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/ballot.h"
+#include "engine/answer/covering.h"
 #include "engine/oracle/oracle.h"
-#include "engine/trace/covering.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::harness {
 
@@ -61,7 +61,7 @@ inline std::vector<Knobs> together_too(const Method& m) {
   return m.ray_packets ? std::vector<Knobs>{Knobs{}, kNoFallback} : std::vector<Knobs>{Knobs{}};
 }
 
-/// Returns queries of these methods in which any two settings meet that the device has (engine/trace/covering.h).
+/// Returns queries of these methods in which any two settings meet that the device has (engine/answer/covering.h).
 /// fma() is left out where it may round twice, and modes whose kernels take lavapipe long to compile on that.
 inline std::vector<CoveringKernel> any_two_settings(std::span<const Method> methods, const DeviceInfo& d) {
   static const std::vector<NumericMode> modes = [&] {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/bvh/bvh.h"
+#include "engine/tree/host/bvh.h"
 #include "tests/cpu/shapes.h"
 
 namespace ballot::shapes {

@@ -1,7 +1,7 @@
 // Tests of method auto: its table, its look at rays, and what it compares.
+#include "engine/answer/auto/chooser.h"
+#include "engine/answer/auto/coherence.h"
 #include "engine/core/error.h"
-#include "engine/trace/auto/chooser.h"
-#include "engine/trace/auto/coherence.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 

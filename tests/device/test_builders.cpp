@@ -5,10 +5,10 @@
 #include <map>
 #include <numeric>
 
-#include "engine/bvh/build.h"
-#include "engine/bvh/padding.h"
-#include "engine/formats/pair_decode.h"
 #include "engine/oracle/predicates.h"
+#include "engine/tree/formats/pair_decode.h"
+#include "engine/tree/host/build.h"
+#include "engine/tree/host/padding.h"
 #include "tests/device/builders.h"
 #include "tests/device/ray_sets.h"
 

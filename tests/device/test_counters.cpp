@@ -6,7 +6,7 @@
 #include <fstream>
 #include <numeric>
 
-#include "engine/vk/shader.h"
+#include "engine/gpu/shader.h"
 #include "tests/device/fixture.h"
 #include "tests/temporary.h"
 

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <random>
 
+#include "engine/answer/point_queries.h"
 #include "engine/oracle/nearest.h"
-#include "engine/query/point_queries.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/crossing_test.h"
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/bvh/padding.h"
+#include "engine/answer/query_judge.h"
 #include "engine/oracle/errors.h"
-#include "engine/query/query_judge.h"
+#include "engine/tree/host/padding.h"
 #include "tests/device/crossing_test.h"
 #include "tools/hard/hard.h"
 

@@ -6,12 +6,12 @@
 #include <functional>
 #include <glm/vector_relational.hpp>
 
-#include "engine/bvh/build.h"
-#include "engine/bvh/topology.h"
+#include "engine/answer/query_judge.h"
 #include "engine/oracle/closest.h"
 #include "engine/oracle/crossings.h"
 #include "engine/oracle/nearest.h"
-#include "engine/query/query_judge.h"
+#include "engine/tree/host/build.h"
+#include "engine/tree/host/topology.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 #include "tools/hard/hard.h"

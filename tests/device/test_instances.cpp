@@ -1,5 +1,6 @@
 // Two levels: every method on a scene of instances. An instance's answer is, by definition, that of the object-space
-// ray against its mesh (engine/bvh/instance.h), so hits are compared, bit for bit, with traces of the single meshes.
+// ray against its mesh (engine/tree/host/instance.h), so hits are compared, bit for bit, with traces of the single
+// meshes.
 #include <algorithm>
 #include <cmath>
 #include <limits>

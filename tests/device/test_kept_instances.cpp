@@ -2,8 +2,8 @@
 // the oracles.
 #include <cmath>
 
-#include "engine/ballot.h"
-#include "engine/query/point_queries.h"
+#include "engine/answer/point_queries.h"
+#include "engine/scene/ballot.h"
 #include "tests/cpu/animated.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/crossing_test.h"

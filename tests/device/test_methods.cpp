@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "engine/trace/repair.h"
+#include "engine/answer/repair.h"
 #include "tests/device/fixture.h"
 #include "tests/device/ray_sets.h"
 

@@ -1,7 +1,7 @@
 // Point queries of arrays that stay on the device: their answers are those for points of the host.
 #include <cstring>
 
-#include "engine/query/point_queries.h"
+#include "engine/answer/point_queries.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "engine/bvh/moved_corners.h"
+#include "engine/answer/query_judge.h"
 #include "engine/oracle/closest.h"
 #include "engine/oracle/nearest.h"
-#include "engine/query/query_judge.h"
+#include "engine/tree/host/moved_corners.h"
 #include "tests/device/fixture.h"
 #include "tests/device/forests.h"
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/answer/point_queries.h"
 #include "engine/oracle/nearest.h"
-#include "engine/query/point_queries.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 

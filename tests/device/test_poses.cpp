@@ -3,7 +3,7 @@
 #include <cstring>
 #include <set>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 #include "tests/cpu/animated.h"
 #include "tests/cpu/random_animation.h"
 #include "tests/device/fixture.h"

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/bvh/build.h"
-#include "engine/bvh/refit.h"
 #include "engine/oracle/exact.h"
+#include "engine/tree/host/build.h"
+#include "engine/tree/host/refit.h"
 #include "tests/device/builders.h"
 #include "tests/device/ray_sets.h"
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "engine/trace/reorder.h"
+#include "engine/answer/reorder.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 

@@ -1,9 +1,9 @@
 // Tests that devices which lack a feature are refused, with a reason for each lack. These tests need no device.
 #include <gtest/gtest.h>
 
+#include "engine/answer/numeric.h"
 #include "engine/core/error.h"
-#include "engine/trace/numeric.h"
-#include "engine/vk/device.h"
+#include "engine/gpu/device.h"
 
 namespace ballot {
 namespace {

@@ -6,8 +6,8 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "engine/answer/point_queries.h"
 #include "engine/oracle/nearest.h"
-#include "engine/query/point_queries.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 

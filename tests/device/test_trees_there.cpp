@@ -2,10 +2,10 @@
 // they follow vertices where they lie, and hits have the bits of trees that the host built.
 #include <cmath>
 
-#include "engine/ballot.h"
-#include "engine/bvh/build.h"
 #include "engine/oracle/oracle.h"
-#include "engine/tree/build/device_build.h"
+#include "engine/scene/ballot.h"
+#include "engine/tree/device/device_build.h"
+#include "engine/tree/host/build.h"
 #include "tests/device/fixture.h"
 #include "tests/device/forests.h"
 

@@ -158,7 +158,7 @@ TEST_F(Vulkan, RecordsHaveTheSameBytes) {
   expect(film, FilmPixel{{1, 2, 3}, 4, 5, {6, 7, 8}, 9});
 }
 
-// Buffers of some sizes are allocated larger than requested (steady_size() in engine/vk/buffer.cpp). Kernels must see
+// Buffers of some sizes are allocated larger than requested (steady_size() in engine/gpu/buffer.cpp). Kernels must see
 // the requested size, up to the largest that a buffer may have.
 TEST_F(Vulkan, KernelsSeeWhatABufferWasMadeFor) {
   Kernel kernel(*gpu_, source("length.comp"));

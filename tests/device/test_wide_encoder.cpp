@@ -1,9 +1,9 @@
 // Compares the wide trees that the device makes of its pairs with the host's of the same pairs, and traces them.
 #include <algorithm>
 
-#include "engine/bvh/padding.h"
-#include "engine/formats/pair_decode.h"
-#include "engine/tree/build/wide_encoder.h"
+#include "engine/tree/device/wide_encoder.h"
+#include "engine/tree/formats/pair_decode.h"
+#include "engine/tree/host/padding.h"
 #include "tests/device/builders.h"
 #include "tests/device/ray_sets.h"
 

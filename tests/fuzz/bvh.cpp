@@ -2,8 +2,8 @@
 // behind both is read, too: byte 0 of an input decides, the file follows.
 #include <cstring>
 
-#include "engine/formats/pair.h"
 #include "engine/oracle/oracle.h"
+#include "engine/tree/formats/pair.h"
 #include "tests/cpu/shapes.h"
 #include "tests/cpu/tree_file.h"
 #include "tests/fuzz/fuzz.h"

@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "engine/core/image.h"
-#include "engine/core/npy.h"
+#include "engine/files/image.h"
+#include "engine/files/npy.h"
 #include "tests/cpu/gltf_builder.h"
 #include "tests/fuzz/fuzz.h"
 #include "tools/program/program.h"

@@ -4,9 +4,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "engine/core/image.h"
-#include "engine/core/image_merge.h"
-#include "engine/scene/make_sky.h"
+#include "engine/files/image.h"
+#include "engine/files/image_merge.h"
+#include "engine/files/make_sky.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace ballot::fuzz {

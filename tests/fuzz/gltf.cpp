@@ -1,6 +1,6 @@
 // glTF with its buffers: text or binary, embedded data or the file b.bin beside it.
 #include "engine/core/memory.h"
-#include "engine/scene/load.h"
+#include "engine/files/load.h"
 #include "tests/cpu/gltf_builder.h"
 #include "tests/fuzz/fuzz.h"
 

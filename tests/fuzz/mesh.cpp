@@ -1,5 +1,5 @@
 // PLY and STL: the first byte of an input chooses.
-#include "engine/scene/load.h"
+#include "engine/files/load.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace ballot::fuzz {

@@ -1,8 +1,8 @@
 // NPY, read as triangles, rays, hits and points.
-#include "engine/core/npy.h"
+#include "engine/files/npy.h"
 
-#include "engine/core/npy_points.h"
-#include "engine/scene/load.h"
+#include "engine/files/load.h"
+#include "engine/files/npy_points.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace ballot::fuzz {

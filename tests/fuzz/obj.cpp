@@ -1,5 +1,5 @@
 // OBJ with a material file: what follows the first zero byte is m.mtl.
-#include "engine/scene/load.h"
+#include "engine/files/load.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace ballot::fuzz {

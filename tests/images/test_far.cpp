@@ -1,7 +1,7 @@
 // Pictures of scenes far from the origin: they are, bit for bit, those of the same scene near it.
 #include <functional>
 
-#include "engine/bvh/bvh.h"
+#include "engine/tree/host/bvh.h"
 #include "tests/cpu/shapes.h"
 #include "tests/images/pictures.h"
 

@@ -1,6 +1,6 @@
 // Tests of shading: materials, emission, background, the orientation of pictures, and that kernels hold no needless
 // code.
-#include "engine/vk/kernel.h"
+#include "engine/gpu/kernel.h"
 #include "shaders/shared/render.h"
 #include "tests/images/pictures.h"
 

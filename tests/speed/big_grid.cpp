@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "engine/core/error.h"
-#include "engine/core/npy.h"
 #include "engine/core/parallel.h"
+#include "engine/files/npy.h"
 #include "tests/speed/program.h"
 
 namespace ballot::speed {

@@ -9,9 +9,9 @@
 #include <chrono>
 #include <cmath>
 
-#include "engine/bvh/padding.h"
-#include "engine/bvh/refit.h"
-#include "engine/tree/build/device_build.h"
+#include "engine/tree/device/device_build.h"
+#include "engine/tree/host/padding.h"
+#include "engine/tree/host/refit.h"
 #include "tests/speed/program.h"
 #include "tools/bench/markdown.h"
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <random>
 
-#include "engine/bvh/forest.h"
-#include "engine/trace/tracer.h"
+#include "engine/answer/tracer.h"
+#include "engine/tree/host/forest.h"
 #include "tests/speed/program.h"
 #include "tools/bench/markdown.h"
 

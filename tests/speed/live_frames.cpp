@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 #include "tests/speed/program.h"
 #include "tools/bench/markdown.h"
 

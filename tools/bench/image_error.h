@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::bench {
 

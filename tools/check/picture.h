@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::cli {
 

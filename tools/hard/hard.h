@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot {
 

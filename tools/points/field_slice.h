@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::cli {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <system_error>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::cli {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::cli {
 

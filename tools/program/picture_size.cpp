@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::cli {
 

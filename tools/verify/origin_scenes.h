@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::verify {
 

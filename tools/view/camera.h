@@ -5,7 +5,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/vec3.hpp>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::view {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/ballot.h"
+#include "engine/scene/ballot.h"
 
 namespace ballot::view {
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/answer/counters.h"
+#include "engine/answer/tracer.h"
 #include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/scene_data.h"
-#include "engine/trace/counters.h"
-#include "engine/trace/tracer.h"
 
 namespace ballot {
 
@@ -89,7 +89,7 @@ class Batches {
   Batches(Context& gpu, Tracer& tracer, SceneData& scene);
   ~Batches();
 
-  // The contracts of these functions are in engine/ballot.h.
+  // The contracts of these functions are in engine/scene/ballot.h.
   std::unique_ptr<RayBatch> make(const View& view, const RayKind& kind, std::uint32_t width, std::uint32_t height,
                                  const RayKindOptions& options);
   std::unique_ptr<RayBatch> make(std::string name, std::span<const Ray> rays, Want want);

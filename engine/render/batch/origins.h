@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "engine/model/scene.h"
 #include "engine/render/batch/batch.h"
-#include "engine/scene/scene.h"
 
 namespace ballot {
 
@@ -22,7 +22,7 @@ struct OriginCheck {
 /// `primary` did not come from.
 bool goes_behind(const Triangle& triangle, const Ray& primary, const Ray& ray);
 
-/// Checks the origin of every ray of a batch. The contract is that of Engine::check_origins (engine/ballot.h).
+/// Checks the origin of every ray of a batch. The contract is that of Engine::check_origins (engine/scene/ballot.h).
 std::vector<OriginCheck> check_origins(Tracer& tracer, Batches& batches, const Scene& scene, const RayBatch& batch,
                                        const Query& query);
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <string_view>
 
+#include "engine/answer/variant.h"
+#include "engine/model/features.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/data/offset_policies.h"
-#include "engine/scene/features.h"
-#include "engine/trace/variant.h"
 
 namespace ballot {
 

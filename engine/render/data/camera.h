@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/gpu/pipeline.h"
+#include "engine/model/scene.h"
 #include "engine/render/data/parts.h"
-#include "engine/scene/scene.h"
-#include "engine/vk/pipeline.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {

@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/constants.hpp>
 
-#include "engine/scene/instances.h"
+#include "engine/model/instances.h"
 
 namespace ballot {
 

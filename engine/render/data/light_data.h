@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/model/scene.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {

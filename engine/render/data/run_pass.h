@@ -1,7 +1,7 @@
 // Records a pass with one ray or pixel per invocation.
 #pragma once
 
-#include "engine/vk/kernel.h"
+#include "engine/gpu/kernel.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {

@@ -6,9 +6,9 @@
 
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
+#include "engine/model/instances.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/data/shadings.h"
-#include "engine/scene/instances.h"
 
 namespace ballot {
 

@@ -4,12 +4,12 @@
 #include <memory>
 #include <optional>
 
+#include "engine/gpu/kernel.h"
+#include "engine/model/late_vertices.h"
+#include "engine/model/scene.h"
 #include "engine/render/data/light_data.h"
 #include "engine/render/data/texture_data.h"
-#include "engine/scene/late_vertices.h"
-#include "engine/scene/scene.h"
-#include "engine/tree/posed_triangles.h"
-#include "engine/vk/kernel.h"
+#include "engine/tree/device/posed_triangles.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {

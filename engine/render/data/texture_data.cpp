@@ -7,7 +7,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/memory.h"
-#include "engine/scene/mip_chain.h"
+#include "engine/model/mip_chain.h"
 
 namespace ballot {
 

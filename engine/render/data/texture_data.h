@@ -5,7 +5,7 @@
 #include <glm/vec4.hpp>
 #include <vector>
 
-#include "engine/scene/scene.h"
+#include "engine/model/scene.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {

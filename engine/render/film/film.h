@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/answer/counters.h"
 #include "engine/core/unset.h"
-#include "engine/trace/counters.h"
 #include "shaders/shared/render.h"
 
 namespace ballot {

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "engine/core/error.h"
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "engine/render/data/camera.h"
 
 namespace ballot {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/core/image.h"
+#include "engine/files/image.h"
 #include "shaders/shared/variant.h"
 
 namespace ballot {

@@ -5,9 +5,9 @@
 
 #include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
+#include "engine/gpu/room.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/film/shading_passes.h"
-#include "engine/vk/room.h"
 
 namespace ballot {
 

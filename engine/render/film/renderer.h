@@ -5,14 +5,14 @@
 #include <span>
 #include <string>
 
-#include "engine/core/image.h"
+#include "engine/answer/tracer.h"
+#include "engine/files/image.h"
 #include "engine/render/data/parts.h"
 #include "engine/render/data/scene_data.h"
 #include "engine/render/data/shadings.h"
 #include "engine/render/film/film.h"
 #include "engine/render/film/heat.h"
 #include "engine/render/path/waves.h"
-#include "engine/trace/tracer.h"
 
 namespace ballot {
 

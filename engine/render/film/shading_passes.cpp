@@ -4,10 +4,10 @@
 #include <bit>
 
 #include "engine/core/stopwatch.h"
+#include "engine/gpu/room.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/data/parts.h"
 #include "engine/render/data/run_pass.h"
-#include "engine/vk/room.h"
 
 namespace ballot {
 

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/answer/tracer.h"
 #include "engine/render/batch/ray_kinds.h"
 #include "engine/render/data/scene_data.h"
 #include "engine/render/film/heat.h"
 #include "engine/render/film/renderer.h"
 #include "engine/render/live/live_paths.h"
-#include "engine/trace/tracer.h"
 
 namespace ballot {
 

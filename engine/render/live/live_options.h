@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "engine/trace/query.h"
+#include "engine/answer/query.h"
 
 namespace ballot {
 

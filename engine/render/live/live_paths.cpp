@@ -4,10 +4,10 @@
 #include <glm/geometric.hpp>
 
 #include "engine/core/stopwatch.h"
+#include "engine/gpu/room.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/data/run_pass.h"
 #include "engine/render/film/renderer.h"
-#include "engine/vk/room.h"
 
 namespace ballot {
 

@@ -4,12 +4,12 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "engine/gpu/room.h"
 #include "engine/render/data/camera.h"
 #include "engine/render/data/parts.h"
 #include "engine/render/data/run_pass.h"
 #include "engine/render/path/wave_batch.h"
 #include "engine/render/path/wave_room.h"
-#include "engine/vk/room.h"
 
 namespace ballot {
 

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "engine/answer/tracer.h"
 #include "engine/render/data/parts.h"
 #include "engine/render/path/integrators.h"
-#include "engine/trace/tracer.h"
 
 namespace ballot {
 

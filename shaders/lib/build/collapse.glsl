@@ -1,5 +1,5 @@
 // What the passes share that collapse a tree of pairs into nodes of up to BALLOT_WIDTH children, 4 or 8, as
-// engine/formats/collapse.h does on the host, with the same choices. The pairs lie in LAYOUT_INTERLEAVED.
+// engine/tree/formats/collapse.h does on the host, with the same choices. The pairs lie in LAYOUT_INTERLEAVED.
 //
 // Henri Ylitie, Tero Karras, Samuli Laine. Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs. HPG
 // 2017, section 3.1.

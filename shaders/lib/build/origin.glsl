@@ -1,6 +1,6 @@
 // The point that boxes are measured from.
 //
-// As box_origin() of engine/bvh/box_origin.cpp. The host compares both and does without this tree if they differ.
+// As box_origin() of engine/tree/host/box_origin.cpp. The host compares both and does without this tree if they differ.
 vec3 box_origin(vec3 lo, vec3 hi) {
 #if BALLOT_FLOAT64
   precise dvec3 sides = dvec3(hi) - dvec3(lo);

@@ -1,5 +1,5 @@
-// Writes pairs of siblings in the layout BALLOT_LAYOUT, as engine/formats/pair.cpp does. BALLOT_PADDED: with boxes that
-// are padded once for all rays.
+// Writes pairs of siblings in the layout BALLOT_LAYOUT, as engine/tree/formats/pair.cpp does. BALLOT_PADDED: with boxes
+// that are padded once for all rays.
 layout(set = 0, binding = BIND_BUILD_PAIRS, std430) writeonly buffer Pairs { uvec4 pairs[]; };
 
 // A child of a pair: its box, measured from box_origin(), and its child reference.
@@ -11,8 +11,8 @@ struct Child {
 #include "next.glsl"
 
 #if BALLOT_PADDED
-// Widens a box by the bound of lib/numeric/box_widened.glsl, as padded_boxes() of engine/bvh/padding.cpp does in double
-// precision. The factors are larger by 1e-5, which covers the rounding of the sum.
+// Widens a box by the bound of lib/numeric/box_widened.glsl, as padded_boxes() of engine/tree/host/padding.cpp does in
+// double precision. The factors are larger by 1e-5, which covers the rounding of the sum.
 void pad_box(inout vec3 lo, inout vec3 hi, vec3 sides) {
   const float ROUNDING = 1.02 * 5.9604645e-8 * 1.00001, CLAMPED = 2.9103830e-11 * 1.00001;
   vec3 centre = abs(0.5 * (lo + hi)), extent = 0.5 * (hi - lo);
@@ -37,7 +37,7 @@ void centre_box(inout vec3 lo, inout vec3 hi) {
 #endif
 
 #if BALLOT_LAYOUT == LAYOUT_COMPACT
-// As upper_halves() of engine/formats/pair.cpp.
+// As upper_halves() of engine/tree/formats/pair.cpp.
 uvec3 upper_halves(vec3 above, vec3 below) {
   uvec3 low = (floatBitsToUint(below) + 0xFFFFu) >> 16, bits = floatBitsToUint(above), high = bits >> 16;
   high += uvec3(lessThan(high << 16 | low, bits));

@@ -1,4 +1,4 @@
-// Reads pairs of siblings in the layout BALLOT_LAYOUT, as engine/formats/pair_decode.h does.
+// Reads pairs of siblings in the layout BALLOT_LAYOUT, as engine/tree/formats/pair_decode.h does.
 layout(set = 0, binding = BIND_BUILD_PAIRS, std430) readonly buffer Pairs { uvec4 pairs[]; };
 
 // A child of a pair: its box, measured from box_origin(), and its child reference.

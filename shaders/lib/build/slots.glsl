@@ -1,6 +1,6 @@
-// The slots of the children of a wide node of bvh8 (shared/layout.h): the placement that engine/formats/bvh8.h asks
-// for. The sum over the children of the dot product of their centres, measured from the node's, with the diagonal of
-// their slot is the largest that any placement has, but for rounding. The file that includes this one includes
+// The slots of the children of a wide node of bvh8 (shared/layout.h): the placement that engine/tree/formats/bvh8.h
+// asks for. The sum over the children of the dot product of their centres, measured from the node's, with the diagonal
+// of their slot is the largest that any placement has, but for rounding. The file that includes this one includes
 // members.glsl.
 //
 // Harold W. Kuhn. The Hungarian Method for the Assignment Problem. Naval Research Logistics Quarterly 2, 1955, as

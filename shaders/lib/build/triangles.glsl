@@ -20,7 +20,7 @@ vec3 sides_of_corners(Corners t) { return hi_of(t) - lo_of(t); }
 
 // True if the triangle has no area, without rounding, as has_no_area() of engine/core/exact_area.h tells, which has the
 // bound of the first step and the source of the second. On a device without float64 the host gives triangles without
-// area two vertices of equal bits (engine/tree/build/device_builder.cpp).
+// area two vertices of equal bits (engine/tree/device/device_builder.cpp).
 #if BALLOT_FLOAT64
 #include "../numeric/float_bits.glsl"
 

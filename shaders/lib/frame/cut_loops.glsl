@@ -1,7 +1,7 @@
 // Drivers that cut loops short, and all that kernels do about them. Mesa 22.3's lavapipe gives all loops of an
 // invocation 65 535 iterations together, then silently ends each loop after one. As the limit is for all loops
 // together, a loop at the end of a walk tells whether any loop before it was cut. What such a walk has found cannot be
-// trusted: it is marked and counted, and the host repeats it in smaller pieces of the tree (engine/trace/repair.h).
+// trusted: it is marked and counted, and the host repeats it in smaller pieces of the tree (engine/answer/repair.h).
 //
 // The walk itself has only to survive: what follows a loop must not read or write out of range because the loop ended
 // early. BALLOT_LOOPS_CUT is 0 for drivers that are known to run loops to their end.

@@ -8,8 +8,8 @@
 //   put_record(name, i, record)          writes a record of 32 bytes: Ray, Carried
 //   put_part(name, i, record)            writes a record of 16 bytes: Hit, ShadowPayload, Path
 //
-// With BALLOT_TEXEL_RECORDS (CPU devices: engine/vk/pipeline.cpp) a buffer that is only read is a texel buffer, because
-// lavapipe reads storage buffers lane by lane and word by word.
+// With BALLOT_TEXEL_RECORDS (CPU devices: engine/gpu/pipeline.cpp) a buffer that is only read is a texel buffer,
+// because lavapipe reads storage buffers lane by lane and word by word.
 #ifndef BALLOT_TEXEL_RECORDS
 #define BALLOT_TEXEL_RECORDS 0  // compiled without a device
 #endif

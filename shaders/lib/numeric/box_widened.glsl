@@ -24,7 +24,7 @@
 // If boxes are measured from a point other than zero, the origin is off by w of itself, that is by w of the plane's
 // distance and w (|c_k| + e_k). Hence
 //   boxes are widened by w (18 E_k + 31 E + 2 |c_k| + 3 e_k), where E is the longest extent, and by w (|c_k| + e_k)
-//   more if they are measured from a point other than zero (engine/bvh/padding.cpp);
+//   more if they are measured from a point other than zero (engine/tree/host/padding.cpp);
 //   t of a hit lies between entry - 40 w |entry| and exit + 40 w |exit|;
 //   the end of the interval, at the exit or the nearest hit, is stretched by 96 w of itself, and both ends of the
 //   interval of a beam of rays by 48 w (lib/tree/frontier.glsl), so that what is entered later may still hold the hit.
@@ -33,7 +33,7 @@
 // Far rays. Directions are clamped (box.glsl), which moves the ray by 2^-59 of its distance from the scene. So boxes
 // are wider by 2^-35 of the scene's longest side, and rays from 2^22 longest sides away, whose products might overflow
 // besides, meet every box. Rays that start within 2^21 longest sides of the point that boxes are measured from are
-// nearer than that, because the scene lies within 17 longest sides of that point (engine/bvh/box_origin.cpp).
+// nearer than that, because the scene lies within 17 longest sides of that point (engine/tree/host/box_origin.cpp).
 
 const float END_SLACK = 5.73e-6, BEAM_SLACK = 2.87e-6;
 

@@ -1,4 +1,4 @@
-// The numeric modes: the arithmetic of boxes and triangles. A mode is a line in engine/trace/numeric.h that names a
+// The numeric modes: the arithmetic of boxes and triangles. A mode is a line in engine/answer/numeric.h that names a
 // triangle test, a box test and a leaf format. Each of the tests is one file.
 //
 // A triangle test (lib/numeric/triangle_*.glsl) defines

@@ -8,7 +8,7 @@ float difference_of_products(float a, float b, float c, float d) {
 #if BALLOT_PRODUCTS == PRODUCTS_FMA
   // William Kahan's algorithm: Claude-Pierre Jeannerod, Nicolas Louvet, Jean-Michel Muller. Further Analysis of Kahan's
   // Algorithm for the Accurate Computation of 2x2 Determinants. Mathematics of Computation 82, 2013. It needs an fma()
-  // that rounds once, which Vulkan does not guarantee; engine/trace/tuning.cpp lists the devices that have it.
+  // that rounds once, which Vulkan does not guarantee; engine/answer/tuning.cpp lists the devices that have it.
   precise float cd = c * d;
   precise float error = fma(-c, d, cd);
   precise float difference = fma(a, b, -cd);

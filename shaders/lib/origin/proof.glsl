@@ -32,11 +32,11 @@
 // the left, and for the rounding of f itself. The computed m . d is off by at most 3 w. A longer offset is enough as
 // well: height grows faster with f than M does.
 //
-// Instances. The test sees the object-space ray (engine/bvh/instance.h). Let M be the matrix now, A its inverse, T the
-// translation, C the spread: the largest sum of a row of |M| times that of |A|. R is the largest |v - o| on an axis in
-// the world. The theorem's numbers hold in the mesh's space, with an M there of at most the row sum of |A| times R: the
-// point q' of an accepted hit is o' + s d' + r, s >= -8 w (row sum of |A|) R / |Z'|, |r| <= 11 w (row sum of |A|) R.
-// In the world q = M q' + T is
+// Instances. The test sees the object-space ray (engine/tree/host/instance.h). Let M be the matrix now, A its inverse,
+// T the translation, C the spread: the largest sum of a row of |M| times that of |A|. R is the largest |v - o| on an
+// axis in the world. The theorem's numbers hold in the mesh's space, with an M there of at most the row sum of |A|
+// times R: the point q' of an accepted hit is o' + s d' + r, s >= -8 w (row sum of |A|) R / |Z'|, |r| <= 11 w (row sum
+// of |A|) R. In the world q = M q' + T is
 //   q - o = s d + M r + M e_o + s M e_d
 // where e_o and e_d are what rounding moves o' and d' by, at most 5 w sum_j |A_ij| |o_j - T_j| and
 // 4 w sum_j |A_ij| |d_j|. So |M r| <= 11 w C R, |M e_o| <= 5 w C |o - T| and |s M e_d| <= 4.1 w C R on each axis; and

@@ -7,7 +7,7 @@
 // (lib/tree/instances.glsl); in mode exact, too, P' is this float32 point. A closed mesh has no inside beyond its
 // bounds, so only one with open edges is answered otherwise than by the ray alone.
 //
-// The bound. With w = 2^-24 and K = |M| |A| (engine/bvh/instance.cpp), P' is the exact image of a point that lies
+// The bound. With w = 2^-24 and K = |M| |A| (engine/tree/host/instance.cpp), P' is the exact image of a point that lies
 // within 5.1 w sum_j K_kj |P_j - t_j| of P along each axis k; call the length of this e. Let s be the factor by which M
 // makes lengths longer at most. So by the bound of inside.comp the answer for a closed mesh is right unless P is nearer
 // to its moved surface than e + 16 w s M', with M' the largest distance, in the mesh's space, of a vertex of a triangle

@@ -16,7 +16,8 @@
 // The boxes, with w = 2^-24, to first order. Let M be the matrix, S_k = sum_j |m_kj| V_j + |t_k| with V_j the largest
 // |v_j| of the mesh, S the vector of these and |S| its length, R as in closest_point.comp, of the moved corners. A
 // corner lies within 4 w S_k of where the exact map puts its vertex, along each axis k.
-//   The top-level tree. A box holds its meshes where exact maps put them (engine/bvh/instance.cpp widens it further).
+//   The top-level tree. A box holds its meshes where exact maps put them (engine/tree/host/instance.cpp widens it
+//   further).
 // It is widened by 5 w S_k for the corners, with the largest S_k of all instances, and by the padding of points. The
 // planes' distances and the widening round by 2 w R.
 //   A mesh's tree. A box of centre c and half extents h, measured from the mesh's box origin o, is put where the map
@@ -27,7 +28,7 @@
 // sum by 2 R; c, where it is the middle of two planes, by |S|; |T| h by 5 |S|; the widening by |S| and the last
 // difference by 2 R; the corners by 4 |S|. In all 21 |S| + 13 R along each axis. Q and T are computed in double
 // precision; that they are rounded is counted above. Boxes are widened by 24 w |S|, which
-// engine/query/point_instances.cpp computes, and by 144 w R instead of the 128 of lib/query/frame.glsl:
+// engine/answer/point_instances.cpp computes, and by 144 w R instead of the 128 of lib/query/frame.glsl:
 // closest_point.comp needs 111 for the triangle's distance and 4 for the sum of squares.
 // What products lose below 2^-126 is less than the rest of that if R is above 2^-100.
 //   Points that are `far` go without the latter. What is culled for them is then less near by 27 w R at most: as

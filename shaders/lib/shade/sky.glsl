@@ -59,7 +59,7 @@ vec3 sample_sky(vec2 r, out vec3 radiance, out float density) {
 }
 #endif
 
-// Returns the radiance from a unit direction. The same as Sky::radiance (engine/scene/sky.cpp).
+// Returns the radiance from a unit direction. The same as Sky::radiance (engine/model/sky.cpp).
 vec3 sky_radiance(vec3 d) {
 #if BALLOT_SKY == SKY_CONSTANT
   return sky_texel(0u).rgb;

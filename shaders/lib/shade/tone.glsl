@@ -1,5 +1,5 @@
-// Tone mapping for windows: Khronos PBR Neutral (Khronos Group, PBR Neutral Tone Mapper, 2024), as engine/core/tone.cpp
-// has it for PNG.
+// Tone mapping for windows: Khronos PBR Neutral (Khronos Group, PBR Neutral Tone Mapper, 2024), as
+// engine/files/tone.cpp has it for PNG.
 
 const float REFLECTION = 0.04;                  // of a dielectric seen from the front
 const float COMPRESSION_START = 0.8 - REFLECTION;

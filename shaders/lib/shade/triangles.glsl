@@ -32,7 +32,7 @@ layout(set = 0, binding = BIND_INSTANCES) uniform usamplerBuffer instances;
 struct Placed {
   vec4 x, y, z;  // rows of the matrix; the last column is the translation
   uint shift;    // from the number of a hit to the triangle's place in the arrays of the scene
-  float spread;  // engine/scene/instances.h, rounded up
+  float spread;  // engine/model/instances.h, rounded up
 };
 Placed placed;
 

@@ -8,11 +8,11 @@
 //
 // What these operations round is covered. With w = 2^-24 and the node's extent e along the axis, a plane moves by
 //   6 w e (inv and its product with step, up to 255 steps) + 4.02 w e (halves: the sum of t at first and 1024 steps).
-// Children are widened by 2^-20 e = 16 w e before they are rounded outward to the grid (engine/formats/bvh8.h). The
-// rest goes with the distance of first or of the plane. Padded by rays it is 7 w M (t at first) + 3 w M (the sums), and
-// 33 + 10 is less than the 56 of lib/numeric/box_padded.glsl; lib/numeric/box_relative.glsl counts it itself. Padded in
-// the tree it is one w of the distance more than lib/numeric/box_widened.glsl counts, 41 instead of 40, twice which is
-// less than the 96 that stretch the interval.
+// Children are widened by 2^-20 e = 16 w e before they are rounded outward to the grid (engine/tree/formats/bvh8.h).
+// The rest goes with the distance of first or of the plane. Padded by rays it is 7 w M (t at first) + 3 w M (the sums),
+// and 33 + 10 is less than the 56 of lib/numeric/box_padded.glsl; lib/numeric/box_relative.glsl counts it itself.
+// Padded in the tree it is one w of the distance more than lib/numeric/box_widened.glsl counts, 41 instead of 40, twice
+// which is less than the 96 that stretch the interval.
 #include "format.glsl"
 
 #if BALLOT_FETCH == FETCH_STORAGE

@@ -5,10 +5,10 @@
 //   origin'_i = (m_i0 * (o_0 - t_0) + m_i1 * (o_1 - t_1)) + m_i2 * (o_2 - t_2)
 //   dir'_i    = (m_i0 * d_0 + m_i1 * d_1) + m_i2 * d_2
 // where d is the direction that lib/numeric/ray_scale.glsl has scaled by a power of two, t the translation, m the
-// inverse of the matrix, rounded to float32 (engine/bvh/instance.h). Every operation is rounded by itself, so the ray
-// is the same, to the last bit, on every device and on the host (numbers below 2^-126 may count as zero). t counts the
-// same multiples in both spaces. Of all instances the hit with the smallest t counts; at equal t the smallest number:
-// instances number their triangles one after the other.
+// inverse of the matrix, rounded to float32 (engine/tree/host/instance.h). Every operation is rounded by itself, so the
+// ray is the same, to the last bit, on every device and on the host (numbers below 2^-126 may count as zero). t counts
+// the same multiples in both spaces. Of all instances the hit with the smallest t counts; at equal t the smallest
+// number: instances number their triangles one after the other.
 //
 // The crossings of a ray (shaders/query/crossings.comp) are those of all instances: the triangles that its object-space
 // ray crosses in a mesh's space, where the infinitesimal steps of the rule for ties are taken too. So a closed mesh is
@@ -24,7 +24,7 @@
 //
 // The box test. Boxes hold the mesh where the matrix moves it, widened by what does not depend on the ray; the rest of
 // the error is at most `slack` times the largest distance along an axis between the ray's origin and the box
-// (engine/bvh/instance.cpp derives both). With w = 2^-24, this test itself moves a plane by w (its subtraction) +
+// (engine/tree/host/instance.cpp derives both). With w = 2^-24, this test itself moves a plane by w (its subtraction) +
 // w (that of the slack) + 5 w (division) + w (product) = 8 w of that distance, which the slack has room for. The test
 // is monotone: the interval of a box inside another one lies inside the other's, as slacks grow upwards in the tree. So
 // no box culls a hit, and hits do not depend on the top-level tree.

@@ -3,7 +3,7 @@
 //
 // The stack holds child references without distances. END_OF_TREE lies at the bottom, so a pop needs no test. A step
 // pushes at most one child, so STACK_SIZE = depth of the tree + 1 cannot overflow (the host sets it so:
-// engine/trace/variant.cpp). A method that sets nodes aside keeps up to LIST_SIZE of them below its stack, above the
+// engine/answer/variant.cpp). A method that sets nodes aside keeps up to LIST_SIZE of them below its stack, above the
 // END_OF_TREE.
 
 const uint RAY_STACK_SIZE = STACK_SIZE + LIST_SIZE;

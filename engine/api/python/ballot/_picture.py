@@ -82,7 +82,7 @@ def picture_of(array: np.ndarray, lit: bool) -> Picture:
 
 
 def _neutral(color: np.ndarray) -> np.ndarray:
-    """Returns linear colours (..., 3) tone-mapped by Khronos PBR Neutral, as engine/core/tone.h does it."""
+    """Returns linear colours (..., 3) tone-mapped by Khronos PBR Neutral, as engine/files/tone.h does it."""
     start, desaturation = np.float32(0.76), np.float32(0.15)  # 0.76: where compression begins
     least = color.min(axis=-1, keepdims=True)
     color = color - np.where(least < 0.08, least - least * least / np.float32(0.16), np.float32(0.04))

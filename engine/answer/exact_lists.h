@@ -1,0 +1,38 @@
+// The host's part of mode exact: rays that the device leaves open, and the order of all crossings. Internal to
+// engine/answer.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/answer/crossing_kernels.h"
+#include "engine/oracle/crossings.h"
+
+namespace ballot {
+
+/// Returns what oracles look at for a tree or a forest. Keeps references to its arrays on the host.
+OracleScene oracle_scene(DeviceTree& tree);
+
+/// The exact crossings of rays with a tree, as a query asks for them. put_in_order() is thread-safe.
+class ExactLists {
+ public:
+  /// `scene` is that of the tree. Keeps references to the tree, its arrays and to the query's masks.
+  ExactLists(DeviceTree& tree, const OracleScene& scene, const CrossingQuery& query)
+      : tree_(tree), oracle_(scene), query_(query) {}
+
+  /// Replaces each count that is UNSURE by the exact one, on all cores.
+  void count(const RaySpan& rays, std::span<std::uint32_t> counts) const;
+  /// Returns the crossings of each ray, in order. Finds them on all cores.
+  std::vector<std::vector<Hit>> lists(const RaySpan& rays) const;
+  /// Puts all crossings of a ray into the exact order, with the oracle's t, u and v.
+  void put_in_order(const Ray& ray, std::vector<Hit>& hits) const;
+
+ private:
+  std::vector<ExactCrossing> find(const RaySpan& rays, std::size_t i) const;
+
+  DeviceTree& tree_;
+  ExactCrossings oracle_;
+  CrossingQuery query_;
+};
+
+}  // namespace ballot

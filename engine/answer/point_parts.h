@@ -1,0 +1,46 @@
+// The runners of point queries, which calls for points of the host and of the device share. Internal to engine/answer.
+#pragma once
+
+#include "engine/answer/point_instances.h"
+#include "engine/answer/point_runner.h"
+#include "engine/answer/pseudonormal_array.h"
+
+namespace ballot {
+
+/// Returns the sources of the kernels that write signs.
+std::vector<KernelSource> sign_sources();
+
+/// Each runner is made when it is first asked for.
+struct PointQueries::Parts {
+  template <class Kind>
+  using Runner = point_queries::Runner<Kind>;
+  using NearestRunner = Runner<point_queries::NearestQuery>;
+  using InsideRunner = Runner<point_queries::InsideQuery>;
+
+  /// Parity needs each triangle once, so that query walks a tree without spatial splits.
+  Parts(Context& device, DeviceTree& tree) : gpu(device), scene(tree), whole(device, tree) {}
+
+  /// Return the runner of a query, prepared for the tree as it is now.
+  NearestRunner& nearest(const PointQuery& query);
+  InsideRunner& inside(const PointQuery& query);
+  /// Return what settles the answers of a query; empty unless it is to be exact.
+  point_queries::Settle<Nearest> settle_nearest(const PointQuery& query);
+  point_queries::Settle<std::uint32_t> settle_inside(const PointQuery& query);
+  /// Runs shaders/query/signs.comp, of SIGNS_..., on the answers to a part of an array.
+  void write_signs(int what, const RawBuffer& to, std::uint32_t first, std::uint32_t count, TraceTimes& times);
+
+  Context& gpu;
+  DeviceTree& scene;
+  WholeTree whole;
+  std::optional<NearestRunner> closest, sides;
+  std::optional<InsideRunner> plain_inside, exact_inside;
+  PseudonormalArray pseudonormals;
+  PointInstances instances;
+  // Of calls for arrays on the device: a part of them, and the kernels of shaders/query/signs.comp by SIGNS_....
+  std::unique_ptr<Buffer<ProbePoint>> some_points;
+  std::unique_ptr<Buffer<Nearest>> some_nearest;
+  std::unique_ptr<Buffer<std::uint32_t>> some_inside;
+  std::unique_ptr<Kernel> sign_kernels[3];
+};
+
+}  // namespace ballot

@@ -1,0 +1,138 @@
+#include "engine/answer/point_queries.h"
+
+#include "engine/answer/exact_lists.h"
+#include "engine/answer/point_parts.h"
+#include "engine/core/interruption.h"
+#include "engine/core/stopwatch.h"
+#include "engine/oracle/closest.h"
+#include "engine/oracle/crossings.h"
+#include "engine/oracle/nearest.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::size_t kSettled = 256;  // points that a thread settles at a time
+
+PointStream stream_of(std::span<const ProbePoint> points, std::size_t room) {
+  if (points.size() != room)
+    fail(Failure::Arguments, "point query: {} points, but room for {} answers", points.size(), room);
+  PointStream stream;
+  stream.count = points.size();
+  stream.read = [points](std::uint64_t first, std::span<ProbePoint> part) {
+    std::copy_n(points.begin() + std::ptrdiff_t(first), part.size(), part.begin());
+  };
+  return stream;
+}
+
+/// Returns an exact answer as a record. `sides`: finds whether the point is behind; may be null.
+Nearest record_of(const glm::vec3& point, const ExactClosest& found, const OracleScene& scene,
+                  const PseudonormalArray* sides) {
+  if (found.prim == NO_HIT) return point_queries::NearestQuery::none();
+  Nearest n{glm::vec3(found.at), float(found.distance), found.prim, float(found.u), float(found.v), 0};
+  if (!sides) return n;
+  const Triangle triangle = scene.world_triangle(found.prim);
+  const std::uint32_t part = found.part_is_sure ? found.part : exact_part(point, triangle);
+  n.behind = exact_behind(point, triangle, part, sides->of(found.prim));
+  return n;
+}
+
+/// Replaces answers by those of the exact nearest triangles.
+void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::span<Nearest> answers,
+                    const PseudonormalArray* sides) {
+  const OracleScene scene = oracle_scene(tree);
+  const ExactClosestPoints oracle(scene);
+  const Stopwatch watch(tree.walked_s());
+  for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
+    check_interruption();
+    for (std::size_t i = begin; i < end; ++i) {
+      std::pair<std::uint32_t, Triangle> near(answers[i].prim, {});
+      if (near.first != NO_HIT) near.second = scene.world_triangle(near.first);
+      const ExactClosest found = oracle.nearest(points[i].at, points[i].limit, near.first == NO_HIT ? nullptr : &near);
+      answers[i] = record_of(points[i].at, found, scene, sides);
+    }
+  });
+}
+
+void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
+  const ExactCrossings oracle(oracle_scene(tree));
+  const Stopwatch watch(tree.walked_s());
+  for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
+    check_interruption();
+    for (std::size_t i = begin; i < end; ++i)
+      if (answers[i] == UNSURE) answers[i] = oracle.inside(points[i].at);
+  });
+}
+
+}  // namespace
+
+PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuery& query) {
+  std::optional<NearestRunner>& runner = query.sides ? sides : closest;
+  if (!runner) runner.emplace(gpu, scene, "closest_point", Defines{{"BALLOT_SIDES", int(query.sides)}});
+  runner->prepare();
+  if (query.sides) {
+    pseudonormals.update(gpu, scene);
+    runner->bind(BIND_PSEUDONORMALS, pseudonormals.device());
+  }
+  if (scene.forest()) {
+    instances.update(gpu, scene, runner->fetch());
+    runner->bind(BIND_POINT_INSTANCES, instances.device());
+  }
+  return *runner;
+}
+
+PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery& query) {
+  if (whole.update()) plain_inside.reset(), exact_inside.reset();
+  std::optional<InsideRunner>& runner = query.exact ? exact_inside : plain_inside;
+  if (!runner) runner.emplace(gpu, whole.tree(), "inside", Defines{{"BALLOT_EXACT", int(query.exact)}});
+  runner->prepare();
+  return *runner;
+}
+
+point_queries::Settle<Nearest> PointQueries::Parts::settle_nearest(const PointQuery& query) {
+  if (!query.exact) return {};
+  return [this, by = query.sides ? &pseudonormals : nullptr](std::span<const ProbePoint> points,
+                                                             std::span<Nearest> answers) {
+    ballot::settle_nearest(scene, points, answers, by);
+  };
+}
+
+point_queries::Settle<std::uint32_t> PointQueries::Parts::settle_inside(const PointQuery& query) {
+  if (!query.exact) return {};
+  return [this](std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
+    ballot::settle_inside(whole.tree(), points, answers);
+  };
+}
+
+PointQueries::PointQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_unique<Parts>(gpu, tree)) {}
+PointQueries::~PointQueries() = default;
+
+TraceTimes PointQueries::nearest(const PointStream& stream, const TakeNearest& take, const PointQuery& query) {
+  return parts_->nearest(query).run(stream, take, parts_->settle_nearest(query));
+}
+
+TraceTimes PointQueries::nearest(std::span<const ProbePoint> points, std::span<Nearest> answers,
+                                 const PointQuery& query) {
+  return nearest(
+      stream_of(points, answers.size()),
+      [&](std::uint64_t first, std::span<const Nearest> found) {
+        std::ranges::copy(found, answers.begin() + std::ptrdiff_t(first));
+      },
+      query);
+}
+
+TraceTimes PointQueries::inside(const PointStream& stream, const TakeInside& take, const PointQuery& query) {
+  return parts_->inside(query).run(stream, take, parts_->settle_inside(query));
+}
+
+TraceTimes PointQueries::inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers,
+                                const PointQuery& query) {
+  return inside(
+      stream_of(points, answers.size()),
+      [&](std::uint64_t first, std::span<const std::uint32_t> found) {
+        std::ranges::copy(found, answers.begin() + std::ptrdiff_t(first));
+      },
+      query);
+}
+
+}  // namespace ballot

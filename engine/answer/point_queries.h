@@ -1,0 +1,97 @@
+// Point queries: the nearest point of a scene's triangles, and whether a point is inside of them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "engine/answer/dispatch.h"
+#include "shaders/shared/query.h"
+
+namespace ballot {
+
+/// The points of a query, which are asked for in parts and in order.
+struct PointStream {
+  std::uint64_t count = 0;
+  /// Writes the points from number `first` on.
+  std::function<void(std::uint64_t first, std::span<ProbePoint> room)> read;
+  /// Is called after each part with the number of points that are done. May throw to end the query. May be empty.
+  std::function<void(std::uint64_t done)> progress = {};
+};
+
+/// Takes the answers of the points from number `first` on. The span is valid until it returns.
+using TakeNearest = std::function<void(std::uint64_t first, std::span<const Nearest> answers)>;
+/// The same for the inside test: 1 inside, 0 outside.
+using TakeInside = std::function<void(std::uint64_t first, std::span<const std::uint32_t> answers)>;
+
+/// What is asked of points.
+struct PointQuery {
+  /// Decides as exact arithmetic does: which triangle is the nearest, the smallest prim of those as near; and what is
+  /// inside. The host decides what the device leaves open. Distances are then exact to float32's rounding and 2^-45 of
+  /// M.
+  bool exact = false;
+  /// Of nearest(): finds Nearest::behind. Takes 72 bytes a triangle for pseudonormals, counted through the instances.
+  bool sides = false;
+};
+
+/// Returns the sources of all kernels of point and ray queries for a device.
+std::vector<KernelSource> query_sources(const DeviceInfo& device);
+
+/// Answers point queries on one tree or forest. Follows it when it changes. Belongs to the thread of its Context.
+///
+/// Among instances closest points are those of the triangles of all, their corners moved to the world in float32; by
+/// the same corners, welded over all instances, are their sides (shaders/lib/query/point_instances.glsl). A point is
+/// inside if it is so of an odd number of instances (shaders/lib/query/inside_instances.glsl).
+class PointQueries {
+ public:
+  /// Keeps references to both.
+  PointQueries(Context& gpu, DeviceTree& tree);
+  ~PointQueries();
+
+  /// Finds the nearest point of the triangles for each point, within its limit. The distance is that of the nearest
+  /// triangle up to 64 * 2^-24 * (M + M') + 2^-85 R, with M and M' the largest distances of vertices of the reported
+  /// and of the nearest triangle from the point, and R that of the scene's bounds along an axis
+  /// (shaders/query/closest_point.comp has the proof). Among triangles at the same
+  /// computed distance it is the one with the smallest number; those that share an edge or a vertex compute the same
+  /// for it. Triangles without area are left out. Dead points have no nearest triangle. Throws Error(Work) if the
+  /// device fails.
+  ///
+  /// With query.sides, and P the point and C its nearest one, `behind` is the sign of N . (P - C): with N the normal of
+  /// the triangle where C is inside of it, else the pseudonormal of its corner or edge
+  /// (engine/tree/host/pseudonormals.h). A point on the surface is not behind it. With query.exact it is the sign for
+  /// the exact C, and for the vectors N as they are rounded to float32.
+  TraceTimes nearest(const PointStream& points, const TakeNearest& take, const PointQuery& query = {});
+  TraceTimes nearest(std::span<const ProbePoint> points, std::span<Nearest> answers, const PointQuery& query = {});
+
+  /// Finds whether each point is inside, by the parity of the crossings of one ray along +x. For a mesh whose every
+  /// edge belongs to an even number of triangles the answer is right unless the point is nearer to the surface than
+  /// 16 * 2^-24 * M, with M the largest distance of a vertex of a triangle that near (shaders/query/inside.comp has the
+  /// proof). Among instances each mesh is to be so, and the bound is e + s * 16 * 2^-24 * M: with M in the space of the
+  /// mesh, s the largest stretch of the instance's matrix, and e for the rounded point there: 5.1 * 2^-24 times the
+  /// matrix times its inverse, both of magnitudes, times the point's distances from the translation along the axes.
+  /// Dead points are outside. Limits are ignored. Throws as nearest().
+  TraceTimes inside(const PointStream& points, const TakeInside& take, const PointQuery& query = {});
+  TraceTimes inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers, const PointQuery& query = {});
+
+  /// The same for points [0, count) of an array on the device, whose answers go to the same places of another. The
+  /// order of the points is kept: neighbours share a subgroup, so points that are near each other should be next to
+  /// each other. The host sees points and answers only with query.exact, and where the driver cuts walks short. Throw
+  /// Error(Arguments) if an array has fewer than `count` records.
+  TraceTimes nearest(const Buffer<ProbePoint>& points, Buffer<Nearest>& answers, std::uint64_t count,
+                     const PointQuery& query = {});
+  /// With query.sides: whether they are behind the nearest surface within their limit.
+  TraceTimes inside(const Buffer<ProbePoint>& points, Buffer<std::uint32_t>& answers, std::uint64_t count,
+                    const PointQuery& query = {});
+  /// Finds distances, negative inside by the parity of crossings, or with query.sides behind the surface.
+  TraceTimes signed_distances(const Buffer<ProbePoint>& points, Buffer<float>& answers, std::uint64_t count,
+                              const PointQuery& query = {});
+
+ private:
+  struct Parts;
+  TraceTimes signs(const Buffer<ProbePoint>& points, RawBuffer& answers, std::uint64_t room, std::uint64_t count,
+                   const PointQuery& query, int what);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,194 @@
+// What answers point queries on a device: a kernel with its buffers for each kind of query. Internal to engine/answer.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/answer/coherent_order.h"
+#include "engine/answer/query_kernel.h"
+#include "engine/answer/repair.h"
+#include "engine/core/parallel.h"
+
+namespace ballot {
+
+// Named, as PointQueries::Parts holds types of it.
+namespace point_queries {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr std::size_t kMoved = 1 << 14;   // points that a thread moves at a time
+constexpr std::size_t kFewPoints = 1024;  // fewer are not sorted
+
+inline bool nearer(const Nearest& a, const Nearest& b) {
+  if (a.prim == NO_HIT) return false;
+  return b.prim == NO_HIT || a.distance < b.distance || (a.distance == b.distance && a.prim < b.prim);
+}
+
+/// A query of points: its kernel, and what a walk of pieces of the tree does with their answers.
+struct NearestQuery {
+  using Answer = Nearest;
+  static constexpr std::uint32_t kBinding = BIND_HITS;
+  static constexpr const char* kWhat = "closest points";
+  static Answer none() { return {{}, kInfinity, NO_HIT, 0, 0, 0}; }
+  /// What one piece has found is the limit for the next.
+  static void add(Answer& all, const Answer& piece, ProbePoint& asked) {
+    if (!nearer(piece, all)) return;
+    all = piece;
+    asked.limit = piece.distance;
+  }
+};
+struct InsideQuery {
+  using Answer = std::uint32_t;
+  static constexpr std::uint32_t kBinding = BIND_CROSSINGS;
+  static constexpr const char* kWhat = "inside test";
+  static Answer none() { return 0; }
+  static void add(Answer& all, const Answer& piece, ProbePoint&) {
+    all = all == UNSURE || piece == UNSURE ? UNSURE : all ^ piece;
+  }
+};
+
+/// Settles answers that the device leaves open. May be empty.
+template <class Answer>
+using Settle = std::function<void(std::span<const ProbePoint> points, std::span<Answer> answers)>;
+
+/// Runs one kind of query: in parts, with buffers that are kept.
+template <class Kind>
+class Runner {
+ public:
+  using Answer = typename Kind::Answer;
+  using Launched = std::function<void(std::uint32_t done)>;
+
+  Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines)
+      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)) {}
+
+  /// Makes the kernel for the tree as it is now. What it reads in addition to tree and points is to be bound then.
+  void prepare() { kernel_.prepare(); }
+  void bind(std::uint32_t binding, const RawBuffer& buffer) { kernel_.bind(binding, buffer); }
+  /// Returns the way in which the kernel reads what is not a record of points.
+  Fetch fetch() const { return kernel_.fetch(); }
+  /// Returns the largest number of points of one dispatch.
+  std::uint32_t most() const { return kernel_.most(); }
+
+  /// Answers the points of a stream.
+  template <class Take>
+  TraceTimes run(const PointStream& stream, const Take& take, const Settle<Answer>& settle) {
+    TraceTimes times;
+    if (stream.count == 0) return times;
+    const PassScope scope(gpu_);
+    const std::size_t chunk = std::size_t(std::min<std::uint64_t>(stream.count, most()));
+    make_room(chunk);
+    std::vector<ProbePoint> asked(chunk);
+    std::vector<Answer> found(chunk);
+    for (std::uint64_t first = 0; first < stream.count; first += chunk) {
+      const std::size_t some = std::size_t(std::min<std::uint64_t>(chunk, stream.count - first));
+      const std::span<ProbePoint> part = std::span(asked).first(some);
+      const std::span<Answer> result = std::span(found).first(some);
+      stream.read(first, part);
+      // Of answers that the host settles none is done before.
+      answer(part, result, times, [&](std::uint32_t done) {
+        if (stream.progress && done < some) stream.progress(settle ? first : first + done);
+      });
+      if (settle) settle(part, result);
+      take(first, std::span<const Answer>(result));
+      if (stream.progress) stream.progress(first + some);
+    }
+    return times;
+  }
+
+  /// Answers points [first, first + count) of an array on the device, at most most() of them, in their order. The host
+  /// sees them only where the driver cut walks short, or something is left to settle.
+  void run_there(const Buffer<ProbePoint>& points, Buffer<Answer>& answers, std::uint32_t first, std::uint32_t count,
+                 const Settle<Answer>& settle, TraceTimes& times) {
+    kernel_.bind(BIND_RAYS, points);
+    kernel_.bind(Kind::kBinding, answers);
+    const std::uint32_t unfinished = kernel_.run(first, count, {tree_.root()}, times);
+    if (!unfinished && !settle) return;
+    std::vector<ProbePoint> asked(count);
+    std::vector<Answer> found(count);
+    points.download(asked, first);
+    answers.download(found, first);
+    make_room(count);
+    if (unfinished) repair_cut(asked, std::span(found), times);
+    if (settle) settle(asked, found);
+    answers.upload(found, first);
+  }
+
+ private:
+  /// Answers points. On a CPU device they go in an order in which neighbours are near each other: its lanes read nodes
+  /// one by one, and a walk takes as long as that of its slowest lane.
+  void answer(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times,
+              const Launched& launched) {
+    if (!gpu_.info().is_cpu() || asked.size() < kFewPoints) {
+      answer_in_order(asked, result, times, launched);
+      return;
+    }
+    order_points(asked, tree_.bvh().bounds, order_);
+    sorted_.resize(asked.size()), found_.resize(asked.size());
+    for_chunks(asked.size(), kMoved, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) sorted_[i] = asked[order_[i]];
+    });
+    answer_in_order(sorted_, found_, times, launched);
+    for_chunks(asked.size(), kMoved, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) result[order_[i]] = found_[i];
+    });
+  }
+
+  void answer_in_order(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times,
+                       const Launched& launched) {
+    points_->upload(asked);
+    const std::uint32_t unfinished = kernel_.run(0, std::uint32_t(asked.size()), {tree_.root()}, times, launched);
+    answers_->download(result);
+    if (unfinished) repair_cut(asked, result, times);
+  }
+
+  void make_room(std::size_t count) {
+    kernel_.bind(BIND_RAYS, buffer_for(points_, gpu_, count, "points"));
+    kernel_.bind(Kind::kBinding, buffer_for(answers_, gpu_, count, "answers of points"));
+  }
+
+  /// The points of a part, in pieces of the tree.
+  struct Walks {
+    using Answer = typename Kind::Answer;
+    static constexpr const char* kQueries = "points";
+
+    Runner& runner;
+    std::span<const ProbePoint> asked;
+    TraceTimes& times;
+    std::vector<ProbePoint> chosen = {};
+
+    static Answer none() { return Kind::none(); }
+    static std::string name() { return Kind::kWhat; }
+    void choose(std::span<const std::uint32_t> numbers) {
+      chosen.clear();
+      for (const std::uint32_t i : numbers) chosen.push_back(asked[i]);
+    }
+    std::vector<TreePiece> pieces(std::uint64_t limit) { return runner.kernel_.pieces(limit); }
+    void ask(const TreePiece& piece, std::span<Answer> found) {
+      runner.points_->upload(chosen);
+      runner.kernel_.run(std::uint32_t(chosen.size()), piece, times);
+      runner.answers_->download(found);
+    }
+    void add(std::size_t k, Answer& all, const Answer& found) { Kind::add(all, found, chosen[k]); }
+  };
+
+  void repair_cut(std::span<const ProbePoint> asked, std::span<Answer> answers, TraceTimes& times) {
+    Walks walks{*this, asked, times};
+    repair(walks, answers, kFirstPieces, gpu_, times);
+  }
+
+  Context& gpu_;
+  DeviceTree& tree_;
+  QueryKernel kernel_;
+  std::unique_ptr<Buffer<ProbePoint>> points_;
+  std::unique_ptr<Buffer<Answer>> answers_;
+  std::vector<std::uint32_t> order_;
+  std::vector<ProbePoint> sorted_;
+  std::vector<Answer> found_;
+};
+
+}  // namespace point_queries
+
+}  // namespace ballot

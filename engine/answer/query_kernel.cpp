@@ -1,0 +1,176 @@
+#include "engine/answer/query_kernel.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/answer/crossing_kernels.h"
+#include "engine/answer/point_parts.h"
+#include "engine/core/interruption.h"
+#include "engine/tree/host/build.h"
+
+namespace ballot {
+
+namespace {
+
+/// Returns the variant whose kernel configuration query kernels take.
+Variant variant_for(const DeviceInfo& device, bool wide) {
+  const Method& method = find_method(wide ? "bvh8" : "while-while");
+  const NumericMode& numeric = find_numeric("watertight");
+  return {&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, device, {{"launch", "plain"}})};
+}
+
+/// The same for a tree whose arrays may need another way to read them.
+Variant variant_for(const DeviceInfo& device, bool wide, const DeviceTree& tree) {
+  Variant variant = variant_for(device, wide);
+  variant.config.fetch = tree.fitting_fetch(variant.config.fetch);
+  return variant;
+}
+
+/// Returns the source of a kernel that is a variant of these.
+KernelSource source_of(const std::string& name, const Variant& variant, const DeviceInfo& device, const TreeFacts& tree,
+                       const Defines& defines) {
+  KernelSource source = kernel_source(variant, device, tree);
+  source.file = "query/" + name + ".comp";
+  source.name = "query." + name + (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "");
+  for (const auto& [define, value] : defines) {
+    source.name += fmt::format(" {}={}", define, value);
+    source.defines.emplace_back(define, value);
+  }
+  return source;
+}
+
+const BuildSettings kWhole{.builder = BuilderId::Balanced};
+
+/// Returns true if some triangle lies in several leaves.
+bool has_splits(const Bvh& bvh) { return bvh.stats.references + bvh.stats.degenerate != bvh.stats.triangles; }
+
+bool is_made_from(const KernelSource& a, const KernelSource& b) {
+  return a.defines == b.defines && a.constants == b.constants;
+}
+
+}  // namespace
+
+KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
+                          const Defines& defines, bool wide) {
+  return source_of(name, variant_for(device, wide), device, tree, defines);
+}
+
+std::vector<KernelSource> query_sources(const DeviceInfo& device) {
+  std::vector<KernelSource> sources;
+  const TreeFacts near{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
+  TreeFacts far = near, instances = near;
+  far.far = true;
+  instances.top_depth = 24;
+  for (const TreeFacts& tree : {near, far, instances}) {
+    for (const int sides : {0, 1})
+      sources.push_back(query_source("closest_point", device, tree, {{"BALLOT_SIDES", sides}}));
+    for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
+    for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
+    for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
+  }
+  return sources;
+}
+
+QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines, bool wide,
+                         SpecConstants constants)
+    : gpu_(gpu),
+      tree_(tree),
+      name_(std::move(name)),
+      defines_(std::move(defines)),
+      wide_(wide),
+      constants_(std::move(constants)),
+      config_(variant_for(gpu.info(), wide, tree).config),
+      work_(gpu, 1, Access::Storage, "query work counter") {}
+
+std::uint32_t QueryKernel::most() const {
+  return std::uint32_t(
+      std::min<std::uint64_t>(std::uint64_t(gpu_.info().max_group_count_x) * config_.workgroup, 1u << 22));
+}
+
+void QueryKernel::prepare() {
+  const Variant variant = variant_for(gpu_.info(), wide_, tree_);
+  KernelSource source_now = source_of(name_, variant, gpu_.info(), tree_.facts(), defines_);
+  source_now.constants.insert(constants_.begin(), constants_.end());
+  const bool fresh = refresh(gpu_, kernel_, source_now);
+  if (!fresh && generation_ == tree_.generation()) return;
+  // The kernel is compiled for facts of the tree: another depth needs another stack size.
+  if (!fresh && !is_made_from(source_, source_now)) kernel_ = std::make_unique<Kernel>(gpu_, source_now);
+  source_ = std::move(source_now);
+  config_ = variant.config;
+  // Walks that the driver cut short are repeated from nodes that the host knows.
+  const Source source =
+      config_.loops_cut || wide_ ? Source::Host : tree_.source_of(TreeFormatId::Pair, LeafFormat::Vertices);
+  const TreeFormatId format = wide_ ? TreeFormatId::Bvh8 : TreeFormatId::Pair;
+  arrays_ = {tree_, {format, LeafFormat::Vertices, config_.tree_access(), !wide_, source}};
+  arrays_.bind(*kernel_, config_.fetch);
+  kernel_->bind(BIND_WORK, work_);
+  kernel_->bind(BIND_HITS, work_);  // for kernels that write no hits; the frame declares the binding
+  generation_ = tree_.generation();
+  gpu_.save_pipeline_cache();
+}
+
+std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,
+                               const std::function<void(std::uint32_t)>& launched) {
+  TracePushes pushes = arrays_.pushes(tree_, from);
+  TracePush& push = pushes.trace;
+  Work work{0, 0};
+  if (config_.loops_cut) work_.upload(std::span(&work, 1));
+  const double target_ms = gpu_.launch_ms() > 0 ? gpu_.launch_ms() : kInterruptibleLaunch;
+  for (std::uint32_t done = 0; done < count;) {
+    const auto some = std::uint32_t(std::min<std::uint64_t>(count - done, size_.most(target_ms)));
+    push.ray_begin = first + done;
+    push.ray_end = push.ray_begin + some;
+    gpu_.submit(kernel_->name(), [&](Commands& cmd) {
+      kernel_->dispatch(cmd, groups_of(some, config_.workgroup), &pushes, push_bytes(tree_));
+    });
+    size_.add(some, gpu_.last_ms());
+    times.device_ms += gpu_.last_ms();
+    tree_.walked_s() += gpu_.last_ms() * 1e-3;
+    ++times.dispatches;
+    done += some;
+    check_interruption();
+    if (launched) launched(done);
+  }
+  if (config_.loops_cut) work_.download(std::span(&work, 1));
+  return work.unfinished;
+}
+
+/// Makes a forest of the same instances, whose meshes have no spatial splits.
+std::unique_ptr<Forest> WholeTree::whole_forest(const Forest& scene) {
+  std::vector<MeshTree> meshes = scene.meshes();
+  for (MeshTree& mesh : meshes)
+    if (has_splits(*mesh.bvh)) mesh = make_mesh_tree(mesh.triangles, build_bvh(mesh.triangles, kWhole));
+  std::vector<Placement> placements;
+  InstanceNumbers numbers;
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    placements.push_back({scene.mesh_of(i), scene.transforms()[i]});
+    numbers.prims.push_back(scene.first_of(i));
+  }
+  numbers.prims.push_back(std::uint32_t(scene.triangle_count()));
+  return std::make_unique<Forest>(std::move(meshes), placements, std::move(numbers));
+}
+
+bool WholeTree::update() {
+  if (generation_ == scene_.generation()) return false;
+  const Forest* scene = scene_.forest();
+  if (forest_ && scene && scene->exchanges() == exchanges_) {
+    own_->move_instances(scene->transforms());
+    generation_ = scene_.generation();
+    return false;
+  }
+  dropped_ = dropped_ || own_;
+  own_.reset();
+  forest_.reset();
+  exchanges_ = scene ? scene->exchanges() : 0;
+  if (scene && has_splits(scene_.bvh())) {
+    forest_ = whole_forest(*scene);
+    own_ = std::make_unique<DeviceTree>(gpu_, *forest_);
+  } else if (has_splits(scene_.bvh())) {
+    bvh_ = build_bvh(scene_.triangles(), kWhole);
+    own_ = std::make_unique<DeviceTree>(gpu_, bvh_, scene_.triangles(), facts_of(bvh_));
+  }
+  generation_ = scene_.generation();  // last: a call that fails is followed by one that tries again
+  return std::exchange(dropped_, false) || own_;
+}
+
+}  // namespace ballot

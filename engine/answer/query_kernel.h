@@ -1,0 +1,101 @@
+// A kernel of shaders/query over the tree of a scene. Internal to engine/answer.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "engine/answer/kernel_arrays.h"
+#include "engine/answer/launch_size.h"
+#include "engine/answer/point_queries.h"
+#include "engine/answer/ray_queries.h"
+#include "engine/answer/repair.h"
+#include "engine/answer/variant.h"
+#include "engine/gpu/room.h"
+
+namespace ballot {
+
+/// Returns the source of shaders/query/NAME.comp for a device and a tree. It is compiled as the traversal method
+/// while-while would be, in mode watertight, so that both read the same arrays.
+/// `wide`: as bvh8 would be, over the compressed eight-wide tree.
+KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
+                          const Defines& defines = {}, bool wide = false);
+
+/// Specialisation constants by id.
+using SpecConstants = std::map<std::uint32_t, std::uint32_t>;
+
+/// A kernel with the arrays of a tree or a forest. One invocation answers one query. Belongs to the thread of its
+/// Context.
+class QueryKernel {
+ public:
+  /// Keeps references to gpu and tree. Throws Error(Work) if the kernel does not compile. `wide`: it walks the
+  /// eight-wide tree. `constants`: in addition to those of every kernel.
+  QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines = {}, bool wide = false,
+              SpecConstants constants = {});
+
+  bool is_wide() const { return wide_; }
+  /// Returns the way in which the kernel reads the tree.
+  Fetch fetch() const { return config_.fetch; }
+
+  /// Returns the largest number of queries of one dispatch.
+  std::uint32_t most() const;
+
+  /// Binds a buffer, as Kernel::bind(). Call it after each prepare().
+  void bind(std::uint32_t binding, const RawBuffer& buffer) { kernel_->bind(binding, buffer); }
+  /// Binds what the kernel reads of surfaces. Call it after each prepare().
+  void bind(const SurfaceAlpha& alpha) { alpha.bind(*kernel_); }
+  /// Makes or renews the kernel, if the tree or the shaders changed.
+  void prepare();
+  /// Answers queries [first, first + count) from `from` on, and waits. Returns how many of them the driver cut short.
+  /// Adds the time to `times`. They go in launches of a tenth of a second, or less where the device asks for that;
+  /// `launched` is called after each with the number of queries so far. It may be empty, and may throw.
+  std::uint32_t run(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,
+                    const std::function<void(std::uint32_t)>& launched = {});
+  std::uint32_t run(std::uint32_t count, const TreePiece& from, TraceTimes& times) {
+    return run(0, count, from, times);
+  }
+
+  /// Returns pieces that together hold the tree, each of at most `limit` steps (repair.h). Not for `wide`.
+  std::vector<TreePiece> pieces(std::uint64_t limit) { return pieces_of(tree_, config_.tree_access(), limit); }
+
+ private:
+  Context& gpu_;
+  DeviceTree& tree_;
+  std::string name_;
+  Defines defines_;
+  bool wide_;
+  SpecConstants constants_;
+  KernelConfig config_;
+  std::unique_ptr<Kernel> kernel_;
+  KernelSource source_;           // that it was made from
+  std::uint64_t generation_ = 0;  // of the tree that is bound
+  KernelArrays arrays_;
+  Buffer<Work> work_;
+  LaunchSize size_;
+};
+
+/// A tree or a forest in which each triangle lies in one leaf of a tree: the scene's own, or one that is built anew if
+/// that has spatial splits. Belongs to the thread of its Context.
+class WholeTree {
+ public:
+  /// Keeps references to both.
+  WholeTree(Context& gpu, DeviceTree& scene) : gpu_(gpu), scene_(scene) {}
+  /// Follows the scene's tree. Returns true if tree() is another object than before.
+  bool update();
+  DeviceTree& tree() { return own_ ? *own_ : scene_; }
+
+ private:
+  static std::unique_ptr<Forest> whole_forest(const Forest& scene);
+
+  Context& gpu_;
+  DeviceTree& scene_;
+  std::uint64_t generation_ = 0;  // of the scene's tree that this follows
+  std::uint64_t exchanges_ = 0;   // of meshes in the scene's forest until then
+  bool dropped_ = false;          // a tree of its own went since update() last returned
+  Bvh bvh_;
+  std::unique_ptr<Forest> forest_;
+  std::unique_ptr<DeviceTree> own_;  // of one of these two
+};
+
+}  // namespace ballot

@@ -1,0 +1,391 @@
+#include "engine/answer/ray_queries.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/answer/coherent_order.h"
+#include "engine/answer/crossing_kernels.h"
+#include "engine/answer/exact_lists.h"
+#include "engine/answer/repair.h"
+#include "engine/core/error.h"
+#include "engine/core/parallel.h"
+
+namespace ballot {
+
+// Named, as RayQueries::Parts holds types of it.
+namespace ray_queries {
+
+constexpr std::uint32_t kMostSlots = 1 << 22;  // crossings that are listed at a time, 64 MiB
+constexpr std::uint32_t kFirstSlots = 8;       // room for each ray in the first pass
+constexpr std::uint32_t kMostFirst = 16;       // first crossings that a kernel looks for; of more, all are listed
+constexpr std::size_t kFewRays = 1024;         // fewer are not sorted
+constexpr std::size_t kRayChunk = 1 << 14;     // rays that a thread moves at a time
+
+inline bool before(const Hit& a, const Hit& b) { return a.t != b.t ? a.t < b.t : a.prim < b.prim; }
+
+/// The rays of a part of a query, in the order in which they are asked.
+struct RayPart {
+  std::vector<Ray> rays;
+  std::vector<std::uint32_t> masks;  // of each, or none
+
+  RaySpan span(std::size_t begin, std::size_t count) const {
+    RaySpan some{std::span(rays).subspan(begin, count)};
+    if (!masks.empty()) some.masks = std::span(masks).subspan(begin, count);
+    return some;
+  }
+  void resize(std::size_t count, bool with_masks) { rays.resize(count), masks.resize(with_masks ? count : 0); }
+  void take(const RayPart& from, std::size_t i, std::size_t to) {
+    rays[to] = from.rays[i];
+    if (!masks.empty()) masks[to] = from.masks[i];
+  }
+  void add(const RayPart& from, std::size_t i) {
+    rays.push_back(from.rays[i]);
+    if (!from.masks.empty()) masks.push_back(from.masks[i]);
+  }
+};
+
+/// The crossings of rays that were asked together, before they are put into order. Those of most rays lie in slots; few
+/// rays have a list of their own.
+struct Lists {
+  struct Place {
+    std::uint32_t begin = 0, count = 0, apart = 0;  // apart: 1 and the number of a list of its own, or 0
+  };
+  std::span<const Hit> of(const Place& p) const {
+    return p.apart ? std::span<const Hit>(apart[p.apart - 1]) : slots.subspan(p.begin, p.count);
+  }
+  std::span<const Hit> slots;
+  std::vector<Place> places;  // of each ray
+  std::vector<std::vector<Hit>> apart;
+};
+
+/// A count of crossings, to which those of another piece of the tree are added.
+inline void add_count(std::uint32_t& all, std::uint32_t found) {
+  all = all == UNSURE || found == UNSURE ? UNSURE : all + found;
+}
+
+/// Rays whose crossings are counted in pieces of the tree.
+struct CountWalks {
+  using Answer = std::uint32_t;
+  static constexpr const char* kQueries = "rays";
+
+  CrossingKernels& kernels;
+  const CrossingVariant& variant;
+  const RayPart& asked;
+  TraceTimes& times;
+  RayPart part = {};
+
+  static std::uint32_t none() { return 0; }
+  static std::string name() { return "crossings"; }
+  void choose(std::span<const std::uint32_t> numbers) {
+    part = {};
+    for (const std::uint32_t i : numbers) part.add(asked, i);
+  }
+  std::vector<TreePiece> pieces(std::uint64_t limit) { return kernels.pieces(variant, limit); }
+  void ask(const TreePiece& piece, std::span<std::uint32_t> found) {
+    kernels.count(variant, part.span(0, found.size()), found, times, piece);
+  }
+  static void add(std::size_t, std::uint32_t& all, std::uint32_t found) { add_count(all, found); }
+};
+
+/// One ray whose crossings are listed in pieces of the tree.
+struct ListWalk {
+  struct Answer {
+    std::uint32_t number = 0;
+    std::vector<Hit> hits = {};
+  };
+  static constexpr const char* kQueries = "rays";
+
+  CrossingKernels& kernels;
+  CrossingVariant counting, listing;
+  RaySpan ray;
+  TraceTimes& times;
+
+  static Answer none() { return {}; }
+  static std::string name() { return "crossings"; }
+  static void choose(std::span<const std::uint32_t>) {}
+  std::vector<TreePiece> pieces(std::uint64_t limit) { return kernels.pieces(listing, limit); }
+  void ask(const TreePiece& piece, std::span<Answer> found) {
+    std::uint32_t& number = found[0].number;
+    found[0].hits.clear();
+    kernels.count(counting, ray, {&number, 1}, times, piece);
+    if (number == 0 || number >= UNSURE) return;
+    const std::uint32_t to[2] = {0, number};
+    kernels.list_apart(listing, ray, to, {&number, 1}, times, piece);
+    found[0].hits.assign(kernels.hits().begin(), kernels.hits().end());
+  }
+  static void add(std::size_t, Answer& all, const Answer& found) {
+    add_count(all.number, found.number);
+    all.hits.insert(all.hits.end(), found.hits.begin(), found.hits.end());
+  }
+};
+
+inline bool is_unfinished(const ListWalk::Answer& a) { return a.number == UNFINISHED; }
+
+/// The crossings of rays in the order in which they came.
+struct Answers {
+  std::vector<std::uint32_t> counts;
+  std::vector<Hit> hits;
+};
+
+}  // namespace ray_queries
+
+using namespace ray_queries;
+
+struct RayQueries::Parts {
+  Parts(Context& device, DeviceTree& scene, SurfaceAlpha alpha)
+      : gpu(device), kernels(device, scene, std::move(alpha)) {}
+
+  void read(const RaySource& source, std::uint64_t first, std::size_t count);
+  std::span<const std::uint32_t> count_all(std::span<std::uint32_t> numbers, TraceTimes& times);
+  void list_with_room(Answers& answers, TraceTimes& times);
+  void list_by_counts(std::size_t begin, std::size_t count, Answers& answers, TraceTimes& times);
+  void list_open(std::size_t begin, Lists& lists, TraceTimes& times);
+  std::vector<Hit> list_in_pieces(const RaySpan& ray, TraceTimes& times);
+  void collect(std::size_t begin, const Lists& lists, Answers& answers) const;
+  void put_in_order(const Ray& ray, std::span<const Hit> found, std::span<Hit> to, std::vector<Hit>& spare) const;
+
+  /// Begins a query: makes its kernels for the present tree.
+  void begin(const RaySource& source, const CrossingQuery& wanted, bool lists);
+  /// Begins a query, reads its rays in parts, and calls answer(first, number, times) for each.
+  template <class Answer>
+  TraceTimes in_parts(const RaySource& source, const CrossingQuery& wanted, bool lists, const Answer& answer) {
+    TraceTimes times;
+    if (source.count == 0) return times;
+    const PassScope scope(gpu);
+    begin(source, wanted, lists);
+    const std::uint64_t most = lists ? kMostSlots / room : kernels.most(variant);
+    for (std::uint64_t first = 0, some = 0; first < source.count; first += some) {
+      some = std::min(most, source.count - first);
+      read(source, first, std::size_t(some));
+      answer(first, std::size_t(some), times);
+      if (source.progress) source.progress(first + some);
+    }
+    return times;
+  }
+
+  Context& gpu;
+  CrossingKernels kernels;
+  CrossingQuery query;
+  CrossingVariant variant;
+  std::optional<OracleScene> exact_scene;  // of the tree of this generation
+  std::uint64_t scene_generation = 0;
+  std::optional<ExactLists> exact_lists;  // of a query in mode exact
+  std::optional<bool> counts_first;
+  bool by_counts = false;
+  std::uint32_t room = kFirstSlots;  // of each ray in the first pass
+  RayPart given, asked;              // the rays of a part as they came, and in the order in which they are asked
+  std::vector<std::uint32_t> order;  // the number of each asked ray among those that came; empty: its own
+  std::vector<std::uint32_t> found, unsorted;
+};
+
+void RayQueries::Parts::begin(const RaySource& source, const CrossingQuery& wanted, bool lists) {
+  if (wanted.alpha && wanted.exact)
+    fail(Failure::Arguments,
+         "crossings: found alpha and mode exact; expected one of them: textures are read in float32");
+  query = wanted;
+  variant = {.lists = lists,
+             .exact = query.exact,
+             .masks = source.masks || !query.triangle_masks.empty(),
+             .alpha = query.alpha && kernels.has_alpha(),
+             .cull = query.cull};
+  if (lists && query.most <= kMostFirst) variant.first = query.most;
+  room = std::max(kFirstSlots, variant.first + kFirstSlots / 2);
+  by_counts = lists && !variant.first && counts_first.value_or(!gpu.info().is_cpu());
+  kernels.prepare(variant.masks, query.triangle_masks);
+  exact_lists.reset();
+  if (!query.exact) return;
+  if (!exact_scene || scene_generation != kernels.tree().generation()) {
+    exact_scene.emplace(oracle_scene(kernels.tree()));
+    scene_generation = kernels.tree().generation();
+  }
+  exact_lists.emplace(kernels.tree(), *exact_scene, query);
+}
+
+/// Reads rays and puts them into an order. On a CPU device that is one in which neighbours are alike.
+void RayQueries::Parts::read(const RaySource& source, std::uint64_t first, std::size_t count) {
+  given.resize(count, bool(source.masks));
+  source.read(first, given.rays);
+  if (source.masks) source.masks(first, given.masks);
+  const bool sorts = gpu.info().is_cpu() && !by_counts && count >= kFewRays;
+  if (!sorts || !order_rays(given.rays, kernels.tree().bvh().bounds, order)) {
+    order.clear();
+    std::swap(given, asked);
+    return;
+  }
+  asked.resize(count, bool(source.masks));
+  for_chunks(count, kRayChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) asked.take(given, order[i], i);
+  });
+}
+
+/// Counts the crossings of the rays that were read. Returns the numbers in the order in which the rays came.
+std::span<const std::uint32_t> RayQueries::Parts::count_all(std::span<std::uint32_t> numbers, TraceTimes& times) {
+  const RaySpan rays = asked.span(0, asked.rays.size());
+  if (kernels.count(variant, rays, numbers, times) > 0) {
+    CountWalks walks{kernels, variant, asked, times};
+    repair(walks, numbers, kFirstPieces, gpu, times);
+  }
+  if (query.exact) exact_lists->count(rays, numbers);
+  if (order.empty()) return numbers;
+  unsorted.resize(numbers.size());
+  for_chunks(numbers.size(), kRayChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) unsorted[order[i]] = numbers[i];
+  });
+  return unsorted;
+}
+
+/// Lists the crossings of one ray whose walk the driver cut short.
+std::vector<Hit> RayQueries::Parts::list_in_pieces(const RaySpan& ray, TraceTimes& times) {
+  CrossingVariant counting = variant, listing = variant;
+  counting.lists = false;
+  counting.first = listing.first = 0;
+  ListWalk walk{kernels, counting, listing, ray, times};
+  ListWalk::Answer answer{UNFINISHED};
+  repair(walk, std::span(&answer, 1), kFirstPieces, gpu, times);
+  return answer.number == UNSURE ? exact_lists->lists(ray)[0] : std::move(answer.hits);
+}
+
+/// Has a little room for each ray; those that need more are listed again.
+void RayQueries::Parts::list_with_room(Answers& answers, TraceTimes& times) {
+  const std::size_t count = asked.rays.size();
+  std::vector<std::uint32_t> to(count + 1);
+  for (std::uint32_t i = 0; i <= count; ++i) to[i] = i * room;
+  found.resize(count);
+  kernels.list(variant, asked.span(0, count), to, found, times);
+  Lists lists;
+  lists.slots = kernels.hits();
+  lists.places.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) lists.places[i] = {to[i], std::min(found[i], room)};
+  list_open(0, lists, times);
+  collect(0, lists, answers);
+}
+
+/// Counts first, and so takes no more room than there are crossings. Does so in halves if that is too much.
+void RayQueries::Parts::list_by_counts(std::size_t begin, std::size_t count, Answers& answers, TraceTimes& times) {
+  found.resize(count);
+  const std::uint32_t most = count == 1 ? UNSURE - 1 : kMostSlots;
+  std::vector<std::uint32_t> room_of(count);
+  if (!kernels.count_and_list(variant, asked.span(begin, count), most, room_of, found, times)) {
+    list_by_counts(begin, count / 2, answers, times);
+    list_by_counts(begin + count / 2, count - count / 2, answers, times);
+    return;
+  }
+  Lists lists;
+  lists.slots = kernels.hits();
+  lists.places.resize(count);
+  std::uint32_t sum = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    lists.places[i] = {sum, found[i] < UNSURE ? room_of[i] : 0};
+    sum += room_of[i];
+  }
+  list_open(begin, lists, times);
+  collect(begin, lists, answers);
+}
+
+/// Lists the rays whose crossings did not fit, were cut short or are unsure, apart.
+void RayQueries::Parts::list_open(std::size_t begin, Lists& lists, TraceTimes& times) {
+  const auto apart = [&](std::size_t i, std::vector<Hit> hits) {
+    lists.places[i] = {0, std::uint32_t(hits.size()), std::uint32_t(lists.apart.size() + 1)};
+    lists.apart.push_back(std::move(hits));
+  };
+  std::vector<std::uint32_t> more, unsure;  // more: rays that need more room
+  RayPart unsure_rays;
+  for (std::uint32_t i = 0; i < found.size(); ++i) {
+    if (found[i] == UNFINISHED)
+      apart(i, list_in_pieces(asked.span(begin + i, 1), times));
+    else if (found[i] == UNSURE)
+      unsure.push_back(i), unsure_rays.add(asked, begin + i);
+    else if (found[i] > lists.places[i].count)
+      more.push_back(i);
+  }
+  if (!unsure.empty()) {
+    std::vector<std::vector<Hit>> listed = exact_lists->lists(unsure_rays.span(0, unsure.size()));
+    for (std::size_t k = 0; k < unsure.size(); ++k) apart(unsure[k], std::move(listed[k]));
+  }
+  for (std::size_t first = 0; first < more.size();) {
+    RayPart part;
+    std::vector<std::uint32_t> to{0}, number;
+    std::size_t end = first;
+    for (; end < more.size() && (end == first || to.back() + std::uint64_t{found[more[end]]} <= kMostSlots); ++end) {
+      part.add(asked, begin + more[end]);
+      to.push_back(to.back() + found[more[end]]);
+    }
+    number.resize(part.rays.size());
+    kernels.list_apart(variant, part.span(0, part.rays.size()), to, number, times);
+    std::vector<std::uint32_t> cut;  // rays that the driver cut short only now
+    for (std::size_t k = 0; k < number.size(); ++k) {
+      const std::span<const Hit> mine = kernels.hits().subspan(to[k], to[k + 1] - to[k]);
+      if (number[k] == UNFINISHED)
+        cut.push_back(more[first + k]);
+      else
+        apart(more[first + k], {mine.begin(), mine.end()});
+    }
+    for (const std::uint32_t i : cut) apart(i, list_in_pieces(asked.span(begin + i, 1), times));
+    first = end;
+  }
+}
+
+/// Adds the crossings of rays from number `begin` on to the answers, each ray's in order.
+void RayQueries::Parts::collect(std::size_t begin, const Lists& lists, Answers& answers) const {
+  const std::size_t count = lists.places.size(), before_these = answers.counts.size();
+  std::vector<std::uint64_t> to(count + 1, 0);
+  answers.counts.resize(before_these + count);
+  const auto number_of = [&](std::size_t i) { return order.empty() ? i : std::size_t(order[begin + i]) - begin; };
+  for (std::size_t i = 0; i < count; ++i)
+    answers.counts[before_these + number_of(i)] = std::min(lists.places[i].count, query.most);
+  to[0] = answers.hits.size();
+  for (std::size_t i = 0; i < count; ++i) to[i + 1] = to[i] + answers.counts[before_these + i];
+  answers.hits.resize(to[count]);
+  for_chunks(count, 1 << 12, [&](std::size_t first, std::size_t last) {
+    std::vector<Hit> spare;
+    for (std::size_t i = first; i < last; ++i) {
+      const std::span<const Hit> mine = lists.of(lists.places[i]);
+      const std::size_t n = number_of(i);
+      put_in_order(asked.rays[begin + i], mine, std::span(answers.hits).subspan(to[n], to[n + 1] - to[n]), spare);
+    }
+  });
+}
+
+/// Writes the first crossings of a ray, as many as there is room for.
+void RayQueries::Parts::put_in_order(const Ray& ray, std::span<const Hit> mine, std::span<Hit> to,
+                                     std::vector<Hit>& spare) const {
+  if (to.empty()) return;
+  spare.assign(mine.begin(), mine.end());
+  if (query.exact)
+    exact_lists->put_in_order(ray, spare);
+  else
+    std::ranges::sort(spare, before);
+  std::copy_n(spare.begin(), to.size(), to.begin());
+}
+
+RayQueries::RayQueries(Context& gpu, DeviceTree& tree, SurfaceAlpha alpha)
+    : parts_(std::make_unique<Parts>(gpu, tree, std::move(alpha))) {}
+RayQueries::~RayQueries() = default;
+
+void RayQueries::set_counts_first(bool first) { parts_->counts_first = first; }
+
+TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take, const CrossingQuery& query) {
+  std::vector<std::uint32_t> numbers;
+  return parts_->in_parts(source, query, false, [&](std::uint64_t first, std::size_t some, TraceTimes& times) {
+    numbers.resize(some);
+    take(first, parts_->count_all(numbers, times));
+  });
+}
+
+TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, const CrossingQuery& query) {
+  Answers answers;
+  return parts_->in_parts(source, query, true, [&](std::uint64_t first, std::size_t some, TraceTimes& times) {
+    answers.counts.clear(), answers.hits.clear();
+    if (query.most == 0)
+      answers.counts.resize(some);
+    else if (parts_->by_counts)
+      parts_->list_by_counts(0, some, answers, times);
+    else
+      parts_->list_with_room(answers, times);
+    take(first, answers.counts, answers.hits);
+  });
+}
+
+}  // namespace ballot

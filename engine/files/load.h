@@ -1,0 +1,44 @@
+// Loads scene files: the formats, and what all of them promise.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string_view>
+
+#include "engine/model/scene.h"
+
+namespace ballot {
+
+/// How a scene file is loaded.
+struct LoadOptions {
+  bool allow_outside = false;  // read buffers, images and materials outside of the scene's folder too
+  InstancePolicy instances = InstancePolicy::Auto;  // of glTF; other formats place each mesh once
+  Layout layout = Layout::Auto;
+};
+
+/// Loads a scene file; the extension chooses the loader (see formats()).
+///
+/// Triangles are numbered in this order, whether meshes are kept once or copied: the nodes of the default scene, depth
+/// first in file order; for each node its instances, if it has some, and the primitives of its mesh in order; for each
+/// primitive its triangles in index order. Node matrices are composed in double and rounded to float once: applied to
+/// the triangles, or as the matrix of an instance. Triangles of zero area keep their number; no ray hits them. A scene
+/// without triangles is valid. A file with animations, skins or morph targets is loaded at rest: nodes have their own
+/// transforms, skins follow them. `animation` then tells what moves (set_pose() in pose.h).
+/// Throws Error(Work) on a file that is missing, empty, truncated, of another format, inconsistent (an index or
+/// accessor out of range, counts beyond the file), that has a NaN or infinite vertex, that names a file outside of its
+/// folder, or that needs more memory than there is (memory.h). The text names file, place and value.
+/// Thread-safe for different files and for the same file.
+Scene load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
+
+/// Throws as load_scene() does for a file that is missing, empty or of another format. Does not read the file.
+void check_scene_file(const std::filesystem::path& path);
+
+/// A scene format: its extension and its loader. A new format is one loader and one line in load.cpp.
+struct SceneFormat {
+  std::string_view extension;  // with the dot, lower case
+  Scene (*load)(const std::filesystem::path&, const LoadOptions&);
+};
+/// Returns all scene formats.
+std::span<const SceneFormat> scene_formats();
+
+}  // namespace ballot

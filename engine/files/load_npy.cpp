@@ -1,0 +1,121 @@
+// Loads NumPy arrays of triangles: an .npy of shape (n, 3, 3) or (n, 9), x y z of three vertices, float32 or float64;
+// or an .npz with such an array, or with vertices and the indices of triangles.
+#include <algorithm>
+#include <vector>
+
+#include "engine/core/memory.h"
+#include "engine/files/loaders.h"
+#include "engine/files/npy_file.h"
+#include "engine/files/zip_file.h"
+
+namespace ballot {
+namespace {
+
+/// An array of rows of numbers, as a header describes it.
+struct Rows {
+  std::uint64_t count = 0, width = 0;
+  char kind = 0;          // f, i, u
+  std::size_t bytes = 0;  // of a number
+};
+
+/// Returns the rows of an array: (n, width), or (n, 3, 3) for a width of 9. Width 0: it is no array of rows.
+Rows rows_of(const NpyFile& file) {
+  const NpyHeader& header = file.header();
+  const std::vector<std::uint64_t> shape = header.shape.value_or(std::vector<std::uint64_t>{});
+  const std::string& descr = header.descr;  // such as "'<f4'"
+  const bool plain = descr.size() == 5 && descr[0] == '\'' && (descr[1] == '<' || descr[1] == '|');
+  if (!plain || descr[3] < '1' || descr[3] > '8') return {};
+  Rows rows{.kind = descr[2], .bytes = static_cast<std::size_t>(descr[3] - '0')};
+  if (shape.size() == 2) rows.count = shape[0], rows.width = shape[1];
+  if (shape.size() == 3 && shape[1] == 3 && shape[2] == 3) rows.count = shape[0], rows.width = 9;
+  return rows;
+}
+
+bool are_floats(const Rows& rows) { return rows.kind == 'f' && (rows.bytes == 4 || rows.bytes == 8); }
+bool are_integers(const Rows& rows) { return rows.kind == 'i' || rows.kind == 'u'; }
+
+/// Reads rows of floats; float64 is rounded.
+template <class Row>
+void read_floats(NpyFile& file, const Rows& rows, std::vector<Row>& to) {
+  static_assert(sizeof(Row) % sizeof(float) == 0);
+  constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
+  file.expect_items(rows.count, kWidth * rows.bytes, rows.bytes);
+  need_memory_for(rows.count * sizeof(Row), fmt::format("{} rows", rows.count));
+  to.resize(rows.count);
+  if (rows.bytes == sizeof(float)) return file.read(to.data(), to.size() * sizeof(Row));
+  std::array<double, kWidth> values;
+  for (Row& row : to) {
+    file.read(values.data(), sizeof values);
+    auto* floats = reinterpret_cast<float*>(&row);
+    for (std::size_t i = 0; i < kWidth; ++i) floats[i] = float(values[i]);
+  }
+}
+
+Scene triangles_of(NpyFile& file) {
+  const Rows rows = rows_of(file);
+  if (rows.width != 9 || !are_floats(rows))
+    refuse("{}; expected triangles: float32 or float64 of shape (n, 3, 3)", file.found());
+  if (rows.count > kMaxTriangles)
+    refuse("has {} triangles; expected at most {}; use a smaller scene", rows.count, kMaxTriangles);
+  Scene scene;
+  read_floats(file, rows, scene.triangles);
+  complete_mesh(scene);
+  return scene;
+}
+
+/// Joins vertices with the indices of triangles.
+Scene indexed_of(NpyFile& vertices, NpyFile& faces) {
+  const Rows points = rows_of(vertices), corners = rows_of(faces);
+  if (points.width != 3 || !are_floats(points))
+    refuse("its vertices: {}; expected float32 or float64 of shape (n, 3)", vertices.found());
+  if (corners.width != 3 || !are_integers(corners))
+    refuse("its triangles: {}; expected whole numbers of shape (n, 3)", faces.found());
+  if (corners.count > kMaxTriangles)
+    refuse("has {} triangles; expected at most {}; use a smaller scene", corners.count, kMaxTriangles);
+  std::vector<glm::vec3> positions;
+  read_floats(vertices, points, positions);
+  faces.expect_items(corners.count, 3 * corners.bytes, corners.bytes);
+  need_memory_for(corners.count * sizeof(Triangle), fmt::format("{} triangles", corners.count));
+  Scene scene;
+  scene.triangles.resize(corners.count);
+  for (std::size_t t = 0; t < scene.triangles.size(); ++t)
+    for (glm::vec3& vertex : scene.triangles[t]) {
+      std::uint64_t index = 0;
+      faces.read(&index, corners.bytes);
+      const std::size_t unused = 64 - 8 * corners.bytes;  // bits of the word
+      const std::int64_t signed_index = std::int64_t(index << unused) >> unused;
+      if (corners.kind == 'i' && signed_index < 0)
+        refuse("triangle {} names vertex {}, but there are {}", t, signed_index, positions.size());
+      if (index >= positions.size())
+        refuse("triangle {} names vertex {}, but there are {}", t, index, positions.size());
+      vertex = positions[index];
+    }
+  complete_mesh(scene);
+  return scene;
+}
+
+}  // namespace
+
+Scene load_npy(const std::filesystem::path& path, const LoadOptions&) {
+  NpyFile file(path);
+  return triangles_of(file);
+}
+
+Scene load_npz(const std::filesystem::path& path, const LoadOptions&) {
+  const ZipFile zip(path);
+  const std::vector<std::string> names = zip.names();
+  const auto open = [&](const std::string& name) { return NpyFile(path / name, zip.read(name)); };
+  const auto has = [&](const char* name) { return std::ranges::find(names, name) != names.end(); };
+  const std::string faces = has("faces.npy") ? "faces.npy" : "triangles.npy";
+  if (has("vertices.npy") && has(faces.c_str())) {
+    NpyFile points = open("vertices.npy"), corners = open(faces);
+    return indexed_of(points, corners);
+  }
+  if (!has("triangles.npy") && names.size() != 1)
+    refuse("has the arrays {}; expected 'triangles', or 'vertices' and 'faces'",
+           names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
+  NpyFile triangles = open(has("triangles.npy") ? "triangles.npy" : names[0]);
+  return triangles_of(triangles);
+}
+
+}  // namespace ballot

@@ -1,0 +1,108 @@
+// Edits of a scene's meshes and placements, which gather until all of them are made true at once. No Vulkan.
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include "engine/model/scene.h"
+
+namespace ballot {
+
+/// The triangles of a mesh that an edit brings.
+struct MeshGeometry {
+  std::vector<Triangle> triangles;                  // finite
+  std::vector<std::array<glm::vec3, 3>> normals{};  // unit, three a triangle; none: those of the triangles
+};
+
+/// Other meshes, or other placements, of a scene.
+struct SceneStructure {
+  SceneInstances instances;
+  bool replaces_arrays = false;  // the arrays that follow, as in Scene, are those of the meshes; else the scene's stay
+  std::vector<Triangle> triangles;
+  std::vector<std::array<glm::vec3, 3>> normals;
+  std::vector<std::uint32_t> material_of;
+  std::vector<Material> materials;
+  std::array<std::vector<std::array<glm::vec2, 3>>, kUvSets> uvs;
+  std::vector<std::array<glm::vec4, 3>> colors;
+  std::vector<std::optional<std::uint32_t>> same_as;  // each mesh: that of the scene whose triangles it has
+
+  /// Gives a scene the structure and takes the scene's. Doing so twice leaves the scene as it was.
+  void exchange(Scene& scene);
+};
+
+/// The numbers that meshes and placements of a scene get next.
+struct SceneNumbers {
+  std::uint32_t mesh = 0, placement = 0;
+};
+
+/// Edits of the meshes and placements of a scene, which are named by the numbers in their labels. A number is given
+/// once and stays. A call that throws Error(Arguments) adds nothing to the edits. Belongs to one thread.
+class SceneEdits {
+ public:
+  /// Keeps references. The scene is finished (finish_scene()) and must not change otherwise. Numbers that are given are
+  /// gone even if the edits are dropped.
+  SceneEdits(const Scene& scene, SceneNumbers& next) : scene_(scene), next_(next) {}
+
+  /// Adds a mesh, which is placed nowhere yet, and returns its number. Without an id that is its id.
+  std::uint32_t add_mesh(MeshGeometry mesh, std::optional<std::uint32_t> id);
+  /// Gives a mesh other triangles, any number of them. It keeps its placements, name and id.
+  void replace_mesh(std::uint32_t mesh, MeshGeometry with);
+  /// Gives a mesh as many other triangles. It keeps all else.
+  void move_mesh(std::uint32_t mesh, std::vector<Triangle> triangles);
+  /// Removes a mesh and its placements.
+  void remove_mesh(std::uint32_t mesh);
+  /// Has a mesh lie in a tree of its own from now on.
+  void separate_mesh(std::uint32_t mesh);
+
+  /// Adds a placement of a mesh, and returns its number.
+  std::uint32_t add_placement(std::uint32_t mesh, const Transform& transform, std::uint32_t mask);
+  void remove_placement(std::uint32_t placement);
+  void set_mask(std::uint32_t placement, std::uint32_t mask);
+  void set_transform(std::uint32_t placement, const Transform& transform);
+  /// Moves all placements, in the order of their numbers. The transforms must stay until the edits are taken.
+  void set_transforms(std::span<const Transform> transforms);
+
+  /// Return the index that a mesh of this number has in the scene: none for one that an edit adds or gives other
+  /// triangles. Throw Error(Arguments) if there is no such mesh, or placement.
+  std::optional<std::uint32_t> mesh_index(std::uint32_t mesh) const;
+  void check_placement(std::uint32_t placement) const;
+  std::size_t placement_count() const;
+
+  /// Returns true if meshes or placements come or go, lie in other trees, or have other masks.
+  bool changes_structure();
+  /// Returns the structure that the edits make. Takes their triangles.
+  SceneStructure structure();
+  /// Return, unless the structure changes, the transforms of all placements; none if they stay.
+  std::span<const Transform> transforms();
+
+ private:
+  struct Mesh {
+    MeshLabel label;
+    std::optional<std::uint32_t> before;  // its index in the scene
+    std::optional<MeshGeometry> made = {};
+    bool moved = false;  // `made` has triangles alone; the rest is that of before
+  };
+  struct Place {
+    Placement placement;  // of the mesh with the number, not the index
+    PlacementLabel label;
+  };
+  void open();
+  void separate_turned();
+  Mesh& mesh_at(std::uint32_t mesh);
+  Place& place_at(std::uint32_t placement);
+  SceneInstances instances();
+  void gather(SceneStructure& to);
+
+  const Scene& scene_;
+  SceneNumbers& next_;
+  std::span<const Transform> all_;           // of all placements, if they have been set
+  std::vector<Transform> own_;               // what transforms() returns, if not that
+  std::map<std::uint32_t, Transform> some_;  // by number
+  // Once the structure changes:
+  bool opened_ = false;
+  std::map<std::uint32_t, Mesh> meshes_;  // by number
+  std::map<std::uint32_t, Place> places_;
+  std::vector<std::string> names_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,34 @@
+// Makes the tree of a scene, where its builder runs. Internal to engine/.
+#pragma once
+
+#include "engine/scene/ballot.h"
+#include "engine/tree/device/device_build.h"
+
+namespace ballot {
+
+/// A tree and, if the device made it and kernels can read it where it lies, what holds it there. `bvh` is then a
+/// summary.
+struct SceneTree {
+  Bvh bvh;
+  std::shared_ptr<DeviceBuild> there = {};
+};
+
+/// What is known of each mesh of a forest: its tree, but not where its triangles lie. None: nothing.
+using KnownTrees = std::vector<std::optional<MeshTree>>;
+
+/// Builds the trees of a scene with instances that are not known, as build_mesh() does. Throws as Forest and
+/// build_tree() do.
+std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,
+                                     const KnownTrees& known, const Progress& progress);
+
+/// Builds the tree of triangles. use_cache: trees of the CPU's builders are kept in cache_folder(). Throws as
+/// build_bvh() and DeviceBuild do.
+SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
+                     const Progress& progress);
+
+/// Builds the tree of a mesh of a scene with instances, as build_tree() does; those of large meshes alone are cached,
+/// and stay on the device. Trees of the device that do not stay are made in `scratch`, which is made if it is null.
+MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
+                    const Progress& progress, std::unique_ptr<DeviceBuild>& scratch);
+
+}  // namespace ballot

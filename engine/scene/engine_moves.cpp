@@ -1,0 +1,308 @@
+// Meshes and instances that move: an Engine whose trees follow, all of them or none.
+#include <algorithm>
+
+#include "engine/core/parallel.h"
+#include "engine/core/stopwatch.h"
+#include "engine/model/instances.h"
+#include "engine/scene/built_tree.h"
+#include "engine/tree/host/refit.h"
+
+namespace ballot {
+
+/// A tree whose triangles move, in the place where it lies.
+struct Engine::TreeMove {
+  std::size_t tree;
+  MeshExtents extents;                // of the moved triangles
+  Buffer<Triangle>* there = nullptr;  // the moved triangles, in exchange for those of before; null: `here`
+  std::vector<Triangle> here = {};
+  std::optional<Buffer<Triangle>> sent = {};          // what `there` is if the host has sent them
+  bool same_area = true;                              // of `here`: no triangle gains or loses its area
+  std::map<std::size_t, MeshExtents> of_meshes = {};  // that share the tree and have moved, by their first triangles
+  // Of the tree that has followed:
+  std::optional<RefitPolicy> before = {};  // how it was; none: it has not begun to follow
+  MeshTree now = {};
+  bool refitted = false;
+};
+
+namespace {
+
+MeshExtents united(const MeshExtents& a, const MeshExtents& b) {
+  return {{glm::min(a.bounds.lo, b.bounds.lo), glm::max(a.bounds.hi, b.bounds.hi)},
+          glm::max(a.largest_triangle, b.largest_triangle),
+          false};
+}
+
+MeshExtents extents_of_vertices(std::span<const Triangle> triangles, const std::string& scene) {
+  return {bounds_of_vertices(triangles, scene), extents_of({}, triangles).largest_triangle, false};
+}
+
+/// Throws Error(Arguments), which names the vertex, if a coordinate is not finite or beyond 1e12.
+void check_vertices(const MovedVertices& mesh) {
+  constexpr float kLargest = 1e12f;                                       // the limit of build_bvh()
+  const auto in_range = [](float x) { return std::abs(x) <= kLargest; };  // false for NaN
+  for_chunks(mesh.positions.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (const glm::vec3& v = mesh.positions[i]; !in_range(v.x) || !in_range(v.y) || !in_range(v.z))
+        fail(Failure::Arguments,
+             "mesh {}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene", mesh.number,
+             i, v.x, v.y, v.z);
+  });
+}
+
+/// Writes the triangles of a mesh whose vertices are given.
+void expand(const MovedVertices& mesh, std::span<Triangle> to) {
+  for_chunks(mesh.triangles, 1 << 15, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t corner = 3 * t + k;
+        to[t][k] = mesh.positions[mesh.corners.empty() ? corner : mesh.corners[corner]];
+      }
+  });
+}
+
+}  // namespace
+
+/// Returns the tree that holds a triangle of the scene.
+std::size_t Engine::tree_with(std::size_t triangle) const {
+  if (!forest_) return 0;
+  const Triangle* at = scene_.triangles.data() + triangle;
+  const auto begin = [](const MeshTree& mesh) { return mesh.triangles.data(); };
+  const auto next = std::ranges::upper_bound(forest_->meshes(), at, {}, begin);
+  return std::size_t(next - forest_->meshes().begin()) - 1;
+}
+
+/// Returns the first triangle of a tree in the scene.
+std::size_t Engine::first_of(std::size_t tree) const {
+  return forest_ ? std::size_t(forest_->meshes()[tree].triangles.data() - scene_.triangles.data()) : 0;
+}
+
+/// Returns true if the device makes the triangles of a tree's meshes of their vertices: the tree is there, and the
+/// device can tell which triangles have an area.
+bool Engine::takes_vertices(std::size_t tree) const {
+  return !scene_.animation && gpu_->info().float64 && tracer_->tree().built(tree);
+}
+
+/// Returns the extents of a tree's triangles once some of its meshes have moved. Those of its other meshes are found at
+/// the first call.
+MeshExtents Engine::extents_with(std::size_t tree, const std::map<std::size_t, MeshExtents>& moved) {
+  const SceneInstances& all = scene_.instances;
+  const std::size_t begin = first_of(tree), end = begin + tracer_->tree().built(tree)->triangles().size();
+  MeshExtents whole = moved.begin()->second;
+  for (auto m = std::size_t(std::ranges::lower_bound(all.first, begin) - all.first.begin());
+       m < all.meshes() && all.first[m] < end; ++m) {
+    const auto triangles = std::span(scene_.triangles).subspan(all.first[m], all.triangles_of(m));
+    if (triangles.empty()) continue;
+    auto known = moved.find(all.first[m]);
+    if (known == moved.end()) {
+      bool is_new = false;
+      std::tie(known, is_new) = mesh_extents_.try_emplace(all.first[m]);
+      if (is_new) mesh_extents_[all.first[m]] = extents_of_vertices(triangles, scene_.name);
+    }
+    whole = united(whole, known->second);
+  }
+  return whole;
+}
+
+/// Makes the triangles of meshes of one tree, and changes nothing else. Throws Error(Arguments) if a vertex cannot be.
+Engine::TreeMove Engine::prepare_move(std::size_t tree, std::span<const MovedVertices> meshes) {
+  TreeMove move{.tree = tree, .extents = {}};
+  const std::size_t first = first_of(tree);
+  if (takes_vertices(tree)) {
+    const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(tree);
+    IndexedTriangles& indexed = indexed_.try_emplace(tree, *gpu_, built->triangles().size()).first->second;
+    for (const MovedVertices& m : meshes) {
+      const bool begins = &m == &meshes.front();
+      const auto extents =
+          indexed.write({m.first - first, m.triangles, m.corners, m.positions}, begins ? &built->triangles() : nullptr);
+      if (!extents) check_vertices(m);
+      if (!extents) fail(Failure::Work, "mesh {}: {} finds a vertex that cannot be", m.number, gpu_->info().name);
+      move.of_meshes[m.first] = *extents;
+    }
+    move.extents = extents_with(tree, move.of_meshes);
+    move.there = &indexed.triangles();
+    return move;
+  }
+  for (const MovedVertices& m : meshes) check_vertices(m);
+  late_trees_[tree].bring();
+  const MeshTree& old = forest_->meshes()[tree];
+  move.here.assign(old.triangles.begin(), old.triangles.end());
+  for (const MovedVertices& m : meshes) expand(m, std::span(move.here).subspan(m.first - first));
+  take_here(move);
+  return move;
+}
+
+/// Completes a move of triangles that the host has. If the tree lies on the device they are sent there.
+void Engine::take_here(TreeMove& move) {
+  const MeshTree& old = forest_->meshes()[move.tree];
+  const MovedTriangles moved = check_moved(old.triangles, old.bvh->stats.degenerate, move.here, scene_.name);
+  move.same_area = moved.same_area;
+  if (!old.there) return;
+  move.extents = {moved.bounds, extents_of({}, move.here).largest_triangle, false};
+  move.there = &move.sent.emplace(DeviceBuilder::upload(*gpu_, move.here));
+}
+
+/// Has a tree on the device follow triangles that lie there.
+void Engine::follow_there(TreeMove& move, UpdateMode mode) {
+  Timer timer;
+  const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(move.tree);
+  RefitPolicy& policy = policies_[move.tree];
+  move.before = policy;
+  built->swap_triangles(*move.there);
+  move.refitted = policy.wants_refit(mode) && tracer_->tree().refit(move.extents.bounds, move.tree);
+  if (move.refitted) {
+    policy.refitted(timer.seconds(), built->summary().stats.sah);
+    move.refitted = mode != UpdateMode::Auto || !policy.regrets_refit();
+    timer = {};
+  }
+  if (move.refitted) return;
+  built->rebuild();
+  policy.built(timer.seconds(), built->summary().stats.sah);
+}
+
+/// Makes a tree of a forest follow triangles on the host.
+void Engine::follow_here(TreeMove& move, UpdateMode mode) {
+  const Timer timer;
+  RefitPolicy& policy = policies_[move.tree];
+  move.before = policy;
+  const MeshTree& old = forest_->meshes()[move.tree];
+  if (move.same_area && policy.wants_refit(mode)) {
+    Bvh tree = *old.bvh;
+    refit_bvh(tree, move.here, build_);
+    policy.refitted(timer.seconds(), tree.stats.sah);
+    move.refitted = mode != UpdateMode::Auto || !policy.regrets_refit();
+    if (move.refitted) move.now = make_mesh_tree(move.here, std::move(tree));
+  }
+  if (!move.refitted) {
+    std::unique_ptr<DeviceBuild> scratch;
+    move.now = build_mesh(*gpu_, move.here, build_, false, {}, scratch);
+    policy.built(timer.seconds(), move.now.bvh->stats.sah);
+  }
+  move.now.triangles = old.triangles;
+}
+
+/// Has all else follow trees that have followed their triangles, and the instances of a forest their transforms.
+void Engine::take_moves(std::span<TreeMove> moves, std::span<const Transform> transforms) {
+  if (forest_) {
+    std::vector<DeviceTree::MeshChange> changes;
+    for (TreeMove& m : moves) {
+      if (m.there) {
+        m.now = forest_->meshes()[m.tree];
+        m.now.bvh = std::make_shared<const Bvh>(tracer_->tree().built(m.tree)->summary());
+        m.now.extents = {m.now.bvh->bounds, m.extents.largest_triangle, m.now.bvh->is_empty()};
+      }
+      changes.push_back({m.tree, std::move(m.now), m.refitted});
+    }
+    tracer_->tree().change_meshes(changes, transforms);
+    return;
+  }
+  const std::shared_ptr<DeviceBuild> built = tracer_->tree().built();
+  if (!moves[0].refitted) return adopt({built->summary(), built});
+  bvh_ = built->summary();
+  features_.tree = facts_of(bvh_);
+  tracer_->moved(bvh_, scene_.triangles, features_.tree);
+}
+
+/// Has trees follow their triangles, and instances their transforms. If it throws, all is as it was: trees on the
+/// device are built again of the triangles of before.
+void Engine::apply_moves(std::span<TreeMove> moves, std::span<const Transform> transforms, UpdateMode mode) {
+  std::vector<glm::vec3> largest;
+  for (const TreeMove& m : moves)
+    largest.push_back(forest_ ? forest_->meshes()[m.tree].extents.largest_triangle : glm::vec3(0));
+  try {
+    for (TreeMove& m : moves) m.there ? follow_there(m, mode) : follow_here(m, mode);
+    take_moves(moves, transforms);
+  } catch (const Error&) {
+    std::vector<TreeMove> back;
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      const TreeMove& m = moves[i];
+      if (!m.before) continue;
+      policies_[m.tree] = *m.before;
+      if (!m.there) continue;
+      const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(m.tree);
+      built->swap_triangles(*m.there);
+      built->rebuild();
+      back.push_back({.tree = m.tree, .extents = {{}, largest[i], false}, .there = m.there});
+    }
+    if (!back.empty()) take_moves(back, forest_ ? forest_->transforms() : std::span<const Transform>());
+    throw;
+  }
+}
+
+/// Tells that trees have moved, and that the host's triangles follow, or are there.
+void Engine::end_moves(std::span<TreeMove> moves) {
+  for (TreeMove& m : moves) {
+    const std::size_t first = first_of(m.tree);
+    if (m.here.empty()) {
+      for (const auto& [mesh, extents] : m.of_meshes) mesh_extents_[mesh] = extents;
+      late_trees_[m.tree].are_there([this, built = tracer_->tree().built(m.tree), first] {
+        built->triangles().download(std::span(scene_.triangles).subspan(first, built->triangles().size()));
+      });
+      continue;
+    }
+    copy_parallel(std::span<const Triangle>(m.here), std::span(scene_.triangles).subspan(first, m.here.size()));
+    mesh_extents_.erase(mesh_extents_.lower_bound(first), mesh_extents_.lower_bound(first + m.here.size()));
+  }
+}
+
+/// Moves meshes and instances as a change says.
+void Engine::move_all(const SceneChange& change, UpdateMode mode) {
+  const Timer timer;
+  gpu_->finish();
+  std::map<std::size_t, std::vector<MovedVertices>> by_tree;
+  for (const MovedVertices& m : change.vertices) by_tree[tree_with(m.first)].push_back(m);
+  std::vector<TreeMove> moves;
+  for (const auto& [tree, meshes] : by_tree) moves.push_back(prepare_move(tree, meshes));
+  std::vector<Transform> of_trees;
+  std::span<const Transform> transforms = change.transforms;
+  if (forest_ && transforms.empty()) {
+    transforms = forest_->transforms();
+  } else if (forest_ && forest_->size() != transforms.size()) {  // else each placement has a tree of its own
+    for (const std::uint32_t from : tree_layout(scene_).from) of_trees.push_back(transforms[from]);
+    transforms = of_trees;
+  }
+  begin_update();
+  apply_moves(moves, transforms, mode);
+  update_.refitted = !moves.empty() && std::ranges::all_of(moves, &TreeMove::refitted);
+  if (!forest_) scene_.bounds = moves[0].extents.bounds;
+  end_moves(moves);
+  end_update(timer);
+}
+
+/// Moves the meshes of a flat scene whose tree the host has.
+void Engine::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
+  for (const MovedVertices& m : meshes) check_vertices(m);
+  std::vector<Triangle> moved = std::move(spare_triangles_);
+  moved.resize(scene().triangles.size());
+  copy_parallel(std::span<const Triangle>(scene_.triangles), std::span(moved));
+  for (const MovedVertices& m : meshes) expand(m, std::span(moved).subspan(m.first));
+  spare_triangles_ = move(std::move(moved), mode);
+}
+
+/// Has the tree of a flat scene follow triangles on the device, which it takes in exchange for those of before.
+void Engine::follow_posed(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode) {
+  TreeMove move{.tree = 0, .extents = {.bounds = bounds}, .there = &triangles};
+  apply_moves(std::span(&move, 1), {}, mode);
+  update_.refitted = move.refitted;
+}
+
+/// Builds a tree of the forest anew.
+void Engine::rebuild(std::size_t tree) {
+  const Timer timer;
+  begin_update();
+  TreeMove move{.tree = tree, .extents = forest_->meshes()[tree].extents};
+  const Timer of_build;
+  if (const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(tree)) {
+    built->rebuild();
+    move.now = forest_->meshes()[tree];
+    move.now.bvh = std::make_shared<const Bvh>(built->summary());
+  } else {
+    std::unique_ptr<DeviceBuild> scratch;
+    move.now = build_mesh(*gpu_, forest_->meshes()[tree].triangles, build_, false, {}, scratch);
+  }
+  const double sah = move.now.bvh->stats.sah;
+  take_moves(std::span(&move, 1), forest_->transforms());
+  policies_[tree].built(of_build.seconds(), sah);
+  end_update(timer);
+}
+
+}  // namespace ballot

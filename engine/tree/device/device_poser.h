@@ -1,0 +1,50 @@
+// Poses the vertices of skinned and morphed meshes on the device.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+
+#include "engine/gpu/kernel.h"
+#include "engine/model/pose.h"
+#include "shaders/shared/pose.h"
+
+namespace ballot {
+
+/// Holds the moving vertices of an animation on a device: per posed vertex up to 60 bytes and 24 for each morph target.
+/// Belongs to the thread of its Context.
+class DevicePoser {
+ public:
+  /// Uploads the vertices. Throws Error(Work) if the device has no room.
+  DevicePoser(Context& gpu, const Animation& animation);
+  ~DevicePoser();
+
+  /// Does what pose_vertices() does, with the same bits, and waits for it. Throws Error(Work) if the device fails.
+  void pose(const PoseInput& input, std::span<PosedVertex> posed);
+
+  /// Records the same, into posed(). Waits for earlier passes.
+  void record(const PoseInput& input);
+  const Buffer<PosedVertex>& posed() const;
+  /// Return the vertices of all meshes that move, as Animation has them.
+  const Buffer<glm::vec3>& positions() const;
+  const Buffer<glm::vec3>& normals() const;
+
+ private:
+  struct Memory;
+  Context& gpu_;
+  std::unique_ptr<Memory> memory_;
+  std::unique_ptr<Kernel> kernel_;
+  std::uint32_t vertices_;
+};
+
+/// Records a kernel of shaders/pose/ over this many items.
+template <class Push>
+void run_pose(Context& gpu, Kernel& kernel, std::uint32_t items, const Push& push) {
+  if (items == 0) return;
+  const std::uint32_t groups = std::min((items - 1) / POSE_GROUP + 1, gpu.info().max_group_count_x);
+  gpu.pass(kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups, push); });
+}
+
+/// Returns the source of the kernel.
+KernelSource pose_source();
+
+}  // namespace ballot
