@@ -56,7 +56,8 @@ class Scene(Edits, Queries):
                   placed once, by the identity. "separate": none, so that each moves at its own cost
     cache         keep the tree on disk, in $XDG_CACHE_HOME/ballot
     updates       how trees follow set_vertices(). "refit": boxes move, the shape stays, so traces slow down as
-                  triangles move apart. "rebuild": anew. "auto": refits until queries have lost as much time as a build takes
+                  triangles move apart. "rebuild": anew. "auto": refits until queries have lost as much time as a build
+                  takes
     expected_rays hint for builder "auto": rays that will be traced in all; 0: unknown
 
     Meshes and instances are numbered from 0. Without `instances` each mesh has one, with its own number. HIT's prim
