@@ -57,7 +57,7 @@ void take_vertices(SceneState& scene, PendingEdits& edits) {
 
 /// Gives meshes that move, and lie in one tree with others of several trees, their own.
 void separate_moved(const SceneState& scene, PendingEdits& edits) {
-  if (!scene.engine->forest()) return;
+  if (!scene.engine->forest() || edits.vertices.empty()) return;
   const TreeLayout layout = tree_layout(scene.engine->scene_facts());
   for (const auto& [number, v] : edits.vertices)
     if (const auto mesh = edits.edits.mesh_index(number); mesh && layout.shares(*mesh)) {

@@ -27,8 +27,7 @@
 
 // BALLOT_RAYS: packet-wide: rays per lane.
 
-// BALLOT_FALLBACK: packet-wide: packets that spread over more than two octants, or meet every box, are traced ray by
-// ray.
+// BALLOT_FALLBACK: packet-wide: packets that spread over more than two octants, or meet every box, are traced ray by ray.
 
 // BALLOT_JUMP: packet-wide: rays that miss a leaf's box branch around its triangles (1) or are masked (0).
 

@@ -244,7 +244,8 @@ void move(ballot::Scene& scene, Landscape& land, int moves) {
     land.terrains.back().phase += 0.2;
     const std::vector<float> positions = land.terrains.back().positions();
     const auto start = std::chrono::steady_clock::now();
-    scene.update(land.terrains.size() - 1, positions);
+    scene.set_vertices(std::uint32_t(land.terrains.size() - 1), positions);
+    scene.commit();
     scene.trace({&down, 1}, hit);
     ms.push_back(1e3 * seconds_since(start));
   }

@@ -76,8 +76,7 @@ void move_mesh(const ballot::Device& device, const Args& args, const std::string
   for (const char* mode : {"refit", "rebuild"}) {
     ballot::Scene scene(device, {here.mesh()}, {.builder = builder, .update = mode});
     measure(mode, here.indices.size() / 3, args.repeat, scene,
-            [&](int step) { scene.set_vertices(0, step % 2 ? here.positions : there.positions); }),
-        scene.commit();
+            [&](int step) { scene.set_vertices(0, step % 2 ? here.positions : there.positions), scene.commit(); });
   }
 }
 
@@ -90,8 +89,7 @@ void move_one_of_many(const ballot::Device& device, const Args& args, const std:
     const std::vector<float> places = places_of(count, 1.1f, 0);
     ballot::Scene scene(device, meshes, {.transforms = places, .meshes = numbers}, {.builder = builder});
     measure("one mesh, of so many", count, args.repeat, scene,
-            [&](int step) { scene.set_vertices(0, step % 2 ? here.positions : there.positions); }),
-        scene.commit();
+            [&](int step) { scene.set_vertices(0, step % 2 ? here.positions : there.positions), scene.commit(); });
   }
 }
 

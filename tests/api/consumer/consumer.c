@@ -25,7 +25,7 @@ int main(void) {
   mesh.index_count = 36;
   mesh.index_type = BALLOT_INDEX_U16;
   if (ballot_device_open(NULL, &device)) return failed("opening the device", ballot_last_error());
-  if (ballot_scene_create(device, &mesh, 1, NULL, &scene))
+  if (ballot_scene_create(device, &mesh, 1, NULL, NULL, &scene))
     return failed("making the scene", ballot_device_error(device));
   in.data = rays[0].origin;
   in.count = 3;
@@ -35,7 +35,7 @@ int main(void) {
          hits[2].prim == BALLOT_MISS);
   if (hits[0].t != 1 || hits[1].t != 0.5f || hits[2].prim != BALLOT_MISS) return failed("hits", "they are wrong");
   mesh.index_count = 35;
-  if (ballot_scene_create(device, &mesh, 1, NULL, &scene) != BALLOT_ERROR_ARGUMENT)
+  if (ballot_scene_create(device, &mesh, 1, NULL, NULL, &scene) != BALLOT_ERROR_ARGUMENT)
     return failed("35 indices", "taken");
   ballot_scene_destroy(scene);
   ballot_device_close(device);

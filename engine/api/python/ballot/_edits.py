@@ -197,6 +197,9 @@ class Edits:
             self._places = np.array([(i.instance, i.mesh) for i in self.instances], np.uint32).reshape(-1, 2)
         if instances is None:
             return self._places[:, 1]
-        at = np.minimum(np.searchsorted(self._places[:, 0], instances), max(len(self._places) - 1, 0))
-        known = self._places[at] if len(self._places) else np.zeros((0, 2), np.uint32)
-        return known[known[:, 0] == instances[: len(known)], 1]
+        if len(self._places) == 0:
+            return self._places[:, 1]
+        at = np.minimum(np.searchsorted(self._places[:, 0], instances), len(self._places) - 1)
+        known: np.ndarray = self._places[at]
+        found: np.ndarray = known[known[:, 0] == instances, 1]
+        return found

@@ -191,11 +191,14 @@ def masks(given: Any, count: int) -> np.ndarray:
     return found
 
 
+# Instances as the extension takes them: matrices (k, 12), the numbers of their meshes (k,), their masks (k,) or None.
+Instances = tuple[np.ndarray, np.ndarray, "np.ndarray | None"]
+
+
 def instances(
     given: Any, meshes: Any, of: Any, boxes: Callable[[np.ndarray], np.ndarray | None]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Returns instances as the extension takes them: matrices, the numbers of their meshes and their masks. `boxes`
-    returns what box() does of meshes by their numbers."""
+) -> Instances:
+    """Returns instances of checked arrays. `boxes` returns what box() does of meshes by their numbers."""
     matrices = _arrays.as_numpy(given, "instances")
     count = len(matrices) if matrices.ndim else 0
     which = np.zeros(count, np.uint32) if meshes is None else _whole(meshes, "instance_meshes", f"{count} integers")

@@ -59,7 +59,8 @@ def source_of(state: dict[str, Any]) -> tuple[Any, Any]:
 
 def _readable(mesh: Any) -> Mesh:
     """Returns a mesh from another process with arrays that the library can read: there they lie at any address."""
-    return Mesh(*(_arrays.contiguous(part) if isinstance(part, np.ndarray) else part for part in mesh))
+    parts: list[Any] = [_arrays.contiguous(part) if isinstance(part, np.ndarray) else part for part in mesh]
+    return Mesh(*parts)
 
 
 def restore(scene: Any, state: dict[str, Any]) -> None:

@@ -66,7 +66,7 @@ def one_each(ids: Any, normals: Any, count: int, single: bool) -> tuple[list[Any
     return numbers, directions
 
 
-def instances(given: Any, meshes: Any, masks: Any, made: list[_mesh.Mesh]) -> tuple[np.ndarray, ...] | None:
+def instances(given: Any, meshes: Any, masks: Any, made: list[_mesh.Mesh]) -> _mesh.Instances | None:
     """Returns the instances of meshes that a scene was given; None: none were."""
     if given is None:
         for found, name in ((meshes, "instance_meshes"), (masks, "masks")):

@@ -152,11 +152,11 @@ auto edit(const SceneObject& self, const Edit& how) {
   return watched(self.use(), nb::none(), [&](Scene& s, Watch&) { return how(s); });
 }
 
-std::uint32_t add_mesh(const SceneObject& self, const nb::tuple& mesh) {
+std::uint32_t add_mesh(const SceneObject& self, const Objects& mesh) {
   return edit(self, [arrays = MeshArrays(mesh)](Scene& s) { return s.add_mesh(arrays.mesh); });
 }
 
-void replace_mesh(const SceneObject& self, std::uint32_t mesh, const nb::tuple& with) {
+void replace_mesh(const SceneObject& self, std::uint32_t mesh, const Objects& with) {
   edit(self, [=, arrays = MeshArrays(with)](Scene& s) { return s.replace_mesh(mesh, arrays.mesh), true; });
 }
 
@@ -169,7 +169,7 @@ void set_vertices(const SceneObject& self, std::uint32_t mesh, const nb::object&
   edit(self, [=, v = Vectors(vertices)](Scene& s) { return s.set_vertices(mesh, v.numbers, v.stride), true; });
 }
 
-auto add_instances(const SceneObject& self, const nb::tuple& instances) {
+auto add_instances(const SceneObject& self, const Objects& instances) {
   std::vector<std::uint32_t> numbers =
       edit(self, [given = InstanceArrays(instances)](Scene& s) { return s.add_instances(given.instances); });
   const std::size_t count = numbers.size();
@@ -199,7 +199,7 @@ void set_masks(const SceneObject& self, const Indices& numbers, const Indices& m
 }
 
 /// `reads`: the arrays that the commit reads.
-void commit(const SceneObject& self, const nb::list& reads) {
+void commit(const SceneObject& self, const ObjectList& reads) {
   edit(self, [=](Scene& s) {
     static_cast<void>(reads);  // kept until then
     return s.commit(), true;
