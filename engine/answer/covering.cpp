@@ -53,10 +53,11 @@ class Maker {
       made.variant.config = kernel_config_for(method, numeric, device, query.knobs);
       choose_flow(made.variant);
       made.tree = {.depth = kDepth, .largest_leaf = MAX_LEAF_TRIANGLES};
-      const std::size_t kind = choices_.only_queries ? 0 : below(4);
+      const std::size_t kind = choices_.only_queries ? 0 : below(5);
       if (kind == 1) made.tree.largest_leaf = 1;
       if (kind == 2) made.tree.far = true;
-      if (kind == 3 && method.instances) made.tree.top_depth = 24;
+      if (kind >= 3 && method.instances) made.tree.top_depth = 24;
+      if (kind == 4 && method.instances) made.tree.large = true;
       made.source();  // refuses stacks that do not fit
       if (made.variant.config.lists()) kernel_source(made.variant.taking(), device, made.tree);
       return made;

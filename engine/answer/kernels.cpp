@@ -29,9 +29,10 @@ bool TraceKernels::is_current(const TraceKernel& kernel) const {
 TraceKernel& TraceKernels::get(const Variant& v) {
   // A kernel is compiled for facts of the tree: another depth needs another stack size.
   const TreeFacts& facts = tree_.facts();
-  TraceKernel& kernel = kernels_[fmt::format("{} subgroup={} depth={} leaf={} far={}", v.kernel_name(),
-                                             v.config.subgroup, facts.depth, facts.largest_leaf, int(facts.far)) +
-                                 (facts.top_depth ? fmt::format(" top={}", top_entries(facts)) : "")];
+  TraceKernel& kernel =
+      kernels_[fmt::format("{} subgroup={} depth={} leaf={} far={}", v.kernel_name(), v.config.subgroup, facts.depth,
+                           facts.largest_leaf, int(facts.far)) +
+               (facts.top_depth ? fmt::format(" top={}", top_entries(facts)) : "") + (facts.large ? " large" : "")];
   if (kernel.kernel && is_current(kernel)) return kernel;
   const bool other_tree = kernel.tree != tree_.generation();
   if (other_tree) take_arrays(kernel, v);  // before the kernel is waited for, which another thread may be making

@@ -48,6 +48,7 @@ constexpr FactDefine kFactDefines[] = {
     {"BALLOT_LEAF_LOOP", [](const Facts& f) { return int(f.variant.method->ray_packets || leaves_loop(f.tree)); }},
     {"BALLOT_BOX_ORIGIN", [](const Facts& f) { return int(f.tree.far); }},
     {"BALLOT_INSTANCES", [](const Facts& f) { return int(f.tree.top_depth > 0); }},
+    {"BALLOT_LARGE", [](const Facts& f) { return int(f.tree.large); }},
     {"BALLOT_LOOPS_CUT", [](const Facts& f) { return int(f.variant.config.loops_cut); }},
     {"BALLOT_UNIFORM_FLOW", [](const Facts& f) { return int(f.device.uniform_flow); }},
     {"BALLOT_INDIRECT", [](const Facts& f) { return int(f.variant.indirect); }},
@@ -116,7 +117,7 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
          variant.name(), tree.depth, shared_bytes, c.workgroup, device.name, device.shared_bytes);
   KernelSource source;
   source.name = variant.kernel_name() + (method.ray_packets || leaves_loop(tree) ? "" : " leaves=1") +
-                (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "");
+                (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "") + (tree.large ? " large=1" : "");
   source.file = method.kernel;
   source.group_size = c.workgroup;
   source.subgroup_size = c.subgroup;

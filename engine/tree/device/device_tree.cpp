@@ -40,7 +40,7 @@ DeviceTree::DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> t
 DeviceTree::DeviceTree(Context& gpu, Forest& forest) : gpu_(gpu), forest_(&forest) {
   for (const MeshTree& mesh : forest.meshes()) meshes_.emplace_back(gpu).replace(*mesh.bvh, mesh.triangles, mesh.there);
   padded_reach_ = least_reach();
-  facts_ = forest.facts();
+  take_facts();
   generation_ = next_revision();
 }
 
@@ -115,6 +115,12 @@ void DeviceTree::describe(const TreeFacts& facts) {
   facts_ = facts;
   facts_.far |= box_origin_ != glm::vec3(0);
   begin_generation();
+}
+
+/// Takes the facts of the forest. Arrays grow by up to a quarter as meshes change.
+void DeviceTree::take_facts() {
+  facts_ = forest_->facts();
+  facts_.large = largest_bytes() > (3ull << 30);
 }
 
 /// Returns about the bytes of the largest array of nodes or leaves.

@@ -178,6 +178,7 @@ class DeviceTree {
   std::uint64_t largest_bytes() const;
   void describe(const TreeFacts& facts);
   void begin_generation();
+  void take_facts();
   void exchange(std::size_t mesh, MeshTree& with);
   float least_reach() const;
   JoinedArray& array_of(const NodesKey& key);

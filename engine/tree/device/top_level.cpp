@@ -32,7 +32,7 @@ void DeviceTree::move_instances(std::span<const Transform> transforms) {
     move_on_device(transforms);
   else
     move_on_host(transforms);
-  facts_ = forest_->facts();
+  take_facts();
   generation_ = next_revision();
 }
 
@@ -85,7 +85,7 @@ void DeviceTree::take(Forest& forest, std::span<const std::optional<std::uint32_
   top_builder_.reset();
   forest_ = &forest;
   padded_reach_ = least_reach();
-  facts_ = forest.facts();
+  take_facts();
   begin_generation();
 }
 

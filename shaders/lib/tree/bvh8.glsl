@@ -20,7 +20,7 @@
 #elif BALLOT_FETCH == FETCH_TEXEL
 #define FORMAT_WORD(texel, c) texelFetch(format_texels, int(FORMAT_AT(texel)))[c]
 #else
-#define FORMAT_WORD(texel, c) Texels(uvec2(push.format_lo, push.format_hi)).at[FORMAT_AT(texel)][c]
+#define FORMAT_WORD(texel, c) TEXEL_AT(push.format_lo, push.format_hi, FORMAT_AT(texel))[c]
 #endif
 
 #if BALLOT_UNPACK == UNPACK_HALF

@@ -7,5 +7,5 @@ uvec4 format_texel(uint texel) { return format_texels[FORMAT_AT(texel)]; }
 layout(set = 0, binding = BIND_FORMAT) uniform usamplerBuffer format_texels;
 uvec4 format_texel(uint texel) { return texelFetch(format_texels, int(FORMAT_AT(texel))); }
 #else
-uvec4 format_texel(uint texel) { return Texels(uvec2(push.format_lo, push.format_hi)).at[FORMAT_AT(texel)]; }
+uvec4 format_texel(uint texel) { return TEXEL_AT(push.format_lo, push.format_hi, FORMAT_AT(texel)); }
 #endif
