@@ -81,6 +81,9 @@
 #ifndef BALLOT_INSTANCES
 #error BALLOT_INSTANCES is not defined
 #endif
+#ifndef BALLOT_LARGE
+#error BALLOT_LARGE is not defined
+#endif
 #ifndef BALLOT_LOOPS_CUT
 #error BALLOT_LOOPS_CUT is not defined
 #endif

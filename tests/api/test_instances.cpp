@@ -165,7 +165,7 @@ TEST_F(ApiInstances, EveryAnswerFollowsAMesh) {
     for (const float z : {0.f, 1.f, 0.f}) {
       move(scene, 0, z > 0 ? high.positions : low.positions);
       scene.nearest(point, {.distances = &distance});
-      EXPECT_EQ(distance, 3 - z) << builder;
+      EXPECT_NEAR(distance, 3 - z, side > 16 ? 1e-6 : 0) << builder;  // points on small triangles are rounded
       EXPECT_EQ(scene.meshes()[0].hi[2], z);
       const ballot::Crossings crossings = scene.crossings({&ray, 1});
       ASSERT_EQ(crossings.hits.size(), 1u) << builder;

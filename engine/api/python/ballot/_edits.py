@@ -105,7 +105,7 @@ class Edits:
         masks      as in set_masks(); None: all bits
         """
         matrices = _arrays.as_numpy(instances, "instances")
-        if np.ndim(meshes) == 0 and meshes is not None:
+        if meshes is not None and np.ndim(meshes) == 0:
             meshes = np.full(len(matrices), _query.integer(meshes, "meshes", 0, _MOST), np.uint32)
         given = _mesh.instances(matrices, meshes, masks, self._boxes_of)
         numbers = self._handle.add_instances(given)
@@ -128,7 +128,7 @@ class Edits:
         moves. commit() raises ValueError if a matrix is refused.
         """
         which = None if instances is None else _mesh.numbers(instances, "instances")
-        if np.ndim(instances) == 0 and instances is not None:
+        if instances is not None and np.ndim(instances) == 0:
             transforms = [transforms]
         matrices = _mesh.transforms(transforms, lambda: self._boxes_of(self._meshes_of(which)))
         if which is not None and len(which) != len(matrices):
