@@ -115,7 +115,9 @@ Engine::TreeMove Engine::prepare_move(std::size_t tree, std::span<const MovedVer
       const auto extents =
           indexed.write({m.first - first, m.triangles, m.corners, m.positions}, begins ? &built->triangles() : nullptr);
       if (!extents) check_vertices(m);
-      if (!extents) fail(Failure::Work, "mesh {}: {} finds a vertex that cannot be", m.number, gpu_->info().name);
+      if (!extents)
+        fail(Failure::Work, "mesh {}: {} refuses a vertex that the host takes; the driver may be broken", m.number,
+             gpu_->info().name);
       move.of_meshes[m.first] = *extents;
     }
     move.extents = extents_with(tree, move.of_meshes);
@@ -211,7 +213,7 @@ void Engine::apply_moves(std::span<TreeMove> moves, std::span<const Transform> t
   try {
     for (TreeMove& m : moves) m.there ? follow_there(m, mode) : follow_here(m, mode);
     take_moves(moves, transforms);
-  } catch (const Error&) {
+  } catch (...) {
     std::vector<TreeMove> back;
     for (std::size_t i = 0; i < moves.size(); ++i) {
       const TreeMove& m = moves[i];
