@@ -3,7 +3,6 @@
 
 #include "engine/api/arrays.h"
 #include "engine/api/meshes.h"
-#include "engine/core/parallel.h"
 #include "engine/model/instances.h"
 
 namespace ballot::api {
@@ -25,32 +24,15 @@ const MeshState& mesh_of(const SceneState& scene, std::uint32_t mesh) {
   return found != scene.pending->meshes.end() ? found->second : scene.meshes.at(mesh);
 }
 
-/// Vertices that lie one behind the other, in the caller's memory or gathered there.
-struct DenseVertices {
-  explicit DenseVertices(const PendingEdits::Vertices& v) {
-    if (v.stride == sizeof(glm::vec3)) {
-      all = {reinterpret_cast<const glm::vec3*>(v.positions), v.count};
-      return;
-    }
-    gathered.resize(v.count);
-    const char* from = reinterpret_cast<const char*>(v.positions);
-    for_chunks(v.count, 1 << 16, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) std::memcpy(&gathered[i], from + i * v.stride, sizeof(glm::vec3));
-    });
-    all = gathered;
-  }
-  std::vector<glm::vec3> gathered;
-  std::span<const glm::vec3> all;
-};
-
 /// Takes vertices that move into edits that change the structure.
 void take_vertices(SceneState& scene, PendingEdits& edits) {
   for (const auto& [number, v] : edits.vertices) {
-    check_vertices(v.positions, v.stride, v.count, fmt::format("mesh {}", number));
+    const DenseVertices dense(v.positions, v.stride, v.count);
+    check_vertices(dense.all, fmt::format("mesh {}", number));
     const auto fresh = edits.meshes.find(number);
     const MeshState& mesh = fresh != edits.meshes.end() ? fresh->second : scene.meshes.at(number);
     std::vector<Triangle> triangles(mesh.triangles);
-    gather(mesh, v.positions, v.stride, triangles.data());
+    expand(mesh.indices, dense.all, triangles);
     edits.edits.move_mesh(number, std::move(triangles));
   }
 }
@@ -75,7 +57,7 @@ void commit_moves(SceneState& scene, PendingEdits& edits) {
   for (const auto& [number, v] : edits.vertices) {
     const std::size_t mesh = *edits.edits.mesh_index(number);
     moved.push_back({all.first[mesh], all.triangles_of(mesh), scene.meshes.at(number).indices,
-                     dense.emplace_back(v).all, mesh, number});
+                     dense.emplace_back(v.positions, v.stride, v.count).all, mesh, number});
   }
   SceneChange change{.vertices = moved, .transforms = edits.edits.transforms()};
   scene.engine->commit(change, scene.update);

@@ -12,15 +12,6 @@ namespace {
 
 constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
 constexpr std::size_t kMostInstances = std::numeric_limits<std::uint32_t>::max() - 2;  // each has a triangle at least
-constexpr float kLargestCoordinate = 1e12f;  // the limit of build_bvh() (engine/tree/host/bvh.h)
-
-glm::vec3 vertex(const float* positions, std::size_t stride, std::size_t i) {
-  const float* p = reinterpret_cast<const float*>(reinterpret_cast<const char*>(positions) + i * stride);
-  return {p[0], p[1], p[2]};
-}
-
-bool in_range(float x) { return std::abs(x) <= kLargestCoordinate; }  // false for NaN
-
 template <class Index>
 std::vector<std::uint32_t> read_indices(const BallotMesh& m, const std::string& where) {
   std::vector<std::uint32_t> indices(m.index_count);
@@ -44,21 +35,23 @@ void fill_normals(Scene& scene) {
 
 }  // namespace
 
+DenseVertices::DenseVertices(const float* from, std::size_t stride, std::size_t count) {
+  if (stride == sizeof(glm::vec3)) {
+    all = {reinterpret_cast<const glm::vec3*>(from), count};
+    return;
+  }
+  gathered.resize(count);
+  const char* bytes = reinterpret_cast<const char*>(from);
+  for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) std::memcpy(&gathered[i], bytes + i * stride, sizeof(glm::vec3));
+  });
+  all = gathered;
+}
+
 void check_mesh_count(const BallotMesh* meshes, std::size_t count) {
   if (count > kMostTriangles)  // each has one at least
     refuse(fmt::format("meshes: their number is {}; at most {} are possible", count, kMostTriangles));
   if (count) mesh_struct(meshes, 0);  // whose size tells where the others are
-}
-
-void check_vertices(const float* positions, std::size_t stride, std::size_t count, const std::string& where) {
-  for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const glm::vec3 v = vertex(positions, stride, i);
-      if (!in_range(v.x) || !in_range(v.y) || !in_range(v.z))
-        refuse(fmt::format("{}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene",
-                           where, i, v.x, v.y, v.z));
-    }
-  });
 }
 
 void check_triangle_count(std::size_t triangles, const std::string& where) {
@@ -86,25 +79,17 @@ GivenMesh read_mesh(const BallotMesh& m, const std::string& where) {
     refuse(
         fmt::format("{}: index_type is {}; expected BALLOT_INDEX_U16 or BALLOT_INDEX_U32", where, int(m.index_type)));
   const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
-  check_vertices(m.positions, stride, m.vertex_count, where);
+  const DenseVertices positions(m.positions, stride, m.vertex_count);
+  check_vertices(positions.all, where);
   mesh.geometry.triangles.resize(mesh.state.triangles);
-  gather(mesh.state, m.positions, stride, mesh.geometry.triangles.data());
+  expand(mesh.state.indices, positions.all, mesh.geometry.triangles);
   if (!m.normals) return mesh;
   const std::size_t normal_stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
-  check_vertices(m.normals, normal_stride, m.vertex_count, where + ", normals");
+  const DenseVertices normals(m.normals, normal_stride, m.vertex_count);
+  check_vertices(normals.all, where + ", normals");
   mesh.geometry.normals.resize(mesh.state.triangles);
-  gather(mesh.state, m.normals, normal_stride, mesh.geometry.normals.data());
+  expand(mesh.state.indices, normals.all, mesh.geometry.normals);
   return mesh;
-}
-
-void gather(const MeshState& mesh, const float* from, std::size_t stride, std::array<glm::vec3, 3>* to) {
-  for_chunks(mesh.triangles, 1 << 15, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t)
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t corner = 3 * t + k;
-        to[t][k] = vertex(from, stride, mesh.indices.empty() ? corner : mesh.indices[corner]);
-      }
-  });
 }
 
 Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::map<std::uint32_t, MeshState>& states) {

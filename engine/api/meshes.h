@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/api/state.h"
+#include "engine/model/mesh_vertices.h"
 
 namespace ballot::api {
 
@@ -13,6 +14,14 @@ inline std::size_t vertex_stride(std::size_t given, std::size_t count, const std
 /// Throws Refused unless there can be so many structs one after the other.
 void check_mesh_count(const BallotMesh* meshes, std::size_t count);
 
+/// Vectors that lie one behind the other, in the caller's memory or gathered from there.
+struct DenseVertices {
+  /// `stride`: bytes from one to the next, as vertex_stride() returns it.
+  DenseVertices(const float* from, std::size_t stride, std::size_t count);
+  std::vector<glm::vec3> gathered;
+  std::span<const glm::vec3> all;
+};
+
 /// A mesh that a caller gave.
 struct GivenMesh {
   MeshState state;
@@ -23,12 +32,6 @@ GivenMesh read_mesh(const BallotMesh& m, const std::string& where);
 
 /// Throws Refused if a scene has too many triangles. `where` begins the text.
 void check_triangle_count(std::size_t triangles, const std::string& where);
-
-/// Throws Refused, which names the vertex, if a coordinate is not finite or beyond 1e12.
-void check_vertices(const float* positions, std::size_t stride, std::size_t count, const std::string& where);
-
-/// Writes three vectors for each triangle of a mesh.
-void gather(const MeshState& mesh, const float* from, std::size_t stride, std::array<glm::vec3, 3>* to);
 
 /// Checks meshes and returns a scene of them, which the caller finishes. Writes their states by number. Throws Refused,
 /// which names the mesh.

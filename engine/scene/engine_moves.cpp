@@ -4,6 +4,7 @@
 #include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
 #include "engine/model/instances.h"
+#include "engine/model/mesh_vertices.h"
 #include "engine/scene/built_tree.h"
 #include "engine/tree/host/refit.h"
 
@@ -36,29 +37,7 @@ MeshExtents extents_of_vertices(std::span<const Triangle> triangles, const std::
   return {bounds_of_vertices(triangles, scene), extents_of({}, triangles).largest_triangle, false};
 }
 
-/// Throws Error(Arguments), which names the vertex, if a coordinate is not finite or beyond 1e12.
-void check_vertices(const MovedVertices& mesh) {
-  constexpr float kLargest = 1e12f;                                       // the limit of build_bvh()
-  const auto in_range = [](float x) { return std::abs(x) <= kLargest; };  // false for NaN
-  for_chunks(mesh.positions.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      if (const glm::vec3& v = mesh.positions[i]; !in_range(v.x) || !in_range(v.y) || !in_range(v.z))
-        fail(Failure::Arguments,
-             "mesh {}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene", mesh.number,
-             i, v.x, v.y, v.z);
-  });
-}
-
-/// Writes the triangles of a mesh whose vertices are given.
-void expand(const MovedVertices& mesh, std::span<Triangle> to) {
-  for_chunks(mesh.triangles, 1 << 15, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t)
-      for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t corner = 3 * t + k;
-        to[t][k] = mesh.positions[mesh.corners.empty() ? corner : mesh.corners[corner]];
-      }
-  });
-}
+void check(const MovedVertices& mesh) { check_vertices(mesh.positions, fmt::format("mesh {}", mesh.number)); }
 
 }  // namespace
 
@@ -114,7 +93,7 @@ Engine::TreeMove Engine::prepare_move(std::size_t tree, std::span<const MovedVer
       const bool begins = &m == &meshes.front();
       const auto extents =
           indexed.write({m.first - first, m.triangles, m.corners, m.positions}, begins ? &built->triangles() : nullptr);
-      if (!extents) check_vertices(m);
+      if (!extents) check(m);
       if (!extents)
         fail(Failure::Work, "mesh {}: {} refuses a vertex that the host takes; the driver may be broken", m.number,
              gpu_->info().name);
@@ -124,11 +103,12 @@ Engine::TreeMove Engine::prepare_move(std::size_t tree, std::span<const MovedVer
     move.there = &indexed.triangles();
     return move;
   }
-  for (const MovedVertices& m : meshes) check_vertices(m);
+  for (const MovedVertices& m : meshes) check(m);
   late_trees_[tree].bring();
   const MeshTree& old = forest_->meshes()[tree];
   move.here.assign(old.triangles.begin(), old.triangles.end());
-  for (const MovedVertices& m : meshes) expand(m, std::span(move.here).subspan(m.first - first));
+  for (const MovedVertices& m : meshes)
+    expand(m.corners, m.positions, std::span(move.here).subspan(m.first - first, m.triangles));
   take_here(move);
   return move;
 }
@@ -272,11 +252,11 @@ void Engine::move_all(const SceneChange& change, UpdateMode mode) {
 
 /// Moves the meshes of a flat scene whose tree the host has.
 void Engine::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
-  for (const MovedVertices& m : meshes) check_vertices(m);
+  for (const MovedVertices& m : meshes) check(m);
   std::vector<Triangle> moved = std::move(spare_triangles_);
   moved.resize(scene().triangles.size());
   copy_parallel(std::span<const Triangle>(scene_.triangles), std::span(moved));
-  for (const MovedVertices& m : meshes) expand(m, std::span(moved).subspan(m.first));
+  for (const MovedVertices& m : meshes) expand(m.corners, m.positions, std::span(moved).subspan(m.first, m.triangles));
   spare_triangles_ = move(std::move(moved), mode);
 }
 
