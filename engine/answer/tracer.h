@@ -49,8 +49,8 @@ class Tracer {
   /// queries (DeviceTree::walked_s).
   double walked_s() const { return dispatcher_.traced_s() + tree_.walked_s(); }
 
-  /// Traces rays and writes the hit of each at the same index. Contract: engine/scene/ballot.h. progress is called
-  /// after each chunk of rays.
+  /// Traces rays and writes the hit of each at the same index. Contract: engine/scene/device_scene.h. progress is
+  /// called after each chunk of rays.
   TraceTimes trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query, const Progress& progress = {});
 
   /// The same for a stream of rays (stream.h), whose number may be unknown.

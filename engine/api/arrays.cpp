@@ -76,7 +76,7 @@ const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
   Entry& entry = entries_[prim % entries_.size()];
   if (entry.prim != prim) {
     entry = {prim, glm::vec3(0)};
-    if (prim != NO_HIT) entry.normal = unit_normal(scene_.engine->triangle(prim));
+    if (prim != NO_HIT) entry.normal = unit_normal(scene_.world->triangle(prim));
   }
   return entry.normal;
 }
@@ -105,7 +105,7 @@ void HitArrays::write_places(std::size_t place, std::span<const Hit> hits) const
 
 /// Has the processor fetch the triangles whose normals are wanted, which lie anywhere, while other results are written.
 void HitArrays::fetch_triangles(std::span<const Hit> hits) const {
-  const std::vector<Triangle>& triangles = scene_.engine->scene().triangles;
+  const std::vector<Triangle>& triangles = scene_.world->scene().triangles;
   for (const Hit& hit : hits)
     if (hit.prim != NO_HIT) {
       __builtin_prefetch(&triangles[hit.prim]);
@@ -116,7 +116,7 @@ void HitArrays::fetch_triangles(std::span<const Hit> hits) const {
 /// Writes the results of rays that stand side by side, one array after the other: each loop then does one thing.
 void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const {
   const std::size_t n = hits.size();
-  if (to_.normals && !scene_.engine->forest()) fetch_triangles(hits);
+  if (to_.normals && !scene_.world->forest()) fetch_triangles(hits);
   if (to_.hits) std::memcpy(to_.hits + place, hits.data(), hits.size_bytes());
   if (to_.t)
     for (std::size_t i = 0; i < n; ++i)

@@ -40,7 +40,7 @@ class HitArrays {
  public:
   HitArrays(const BallotHits& to, const SceneState& scene, const RowOrder& order)
       : to_(to), scene_(scene), order_(order) {
-    if (to.normals) scene.engine->scene();  // brings back what has moved elsewhere, before several threads ask for it
+    if (to.normals) scene.world->scene();  // brings back what has moved elsewhere, before several threads ask for it
   }
   /// Writes the hits of the rays from number `first` of the order on. hits() counts the rays that hit.
   void write(std::size_t first, std::span<const Hit> hits);

@@ -9,7 +9,7 @@ using namespace ballot::api;
 namespace {
 
 std::span<const ballot::AnimationClip> clips_of(const SceneState& scene) {
-  const ballot::Scene* loaded = scene.engine ? &scene.engine->scene_facts() : nullptr;
+  const ballot::Scene* loaded = scene.world ? &scene.world->scene_facts() : nullptr;
   if (!loaded || !loaded->animation) return {};
   return loaded->animation->clips;
 }
@@ -38,12 +38,12 @@ BallotStatus ballot_scene_animations(BallotScene* scene, BallotAnimationInfo* in
 BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double seconds) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const DeviceUse use(*state->device);
-    ballot::Engine& engine = *state->engine;
+    ballot::DeviceScene& world = *state->world;
     const std::size_t count = clips_of(*state).size();
     if (animation >= count)
       refuse(fmt::format("animation {} of a scene that has {}; expected a number below that", animation, count));
-    engine.set_time(animation, seconds, state->update);
+    world.set_time(animation, seconds, state->update);
     for (auto& [number, mesh] : state->meshes) mesh.bounds.reset();
-    state->refits = engine.last_update().refitted ? state->refits + 1 : 0;
+    state->refits = world.last_update().refitted ? state->refits + 1 : 0;
   });
 }

@@ -12,7 +12,7 @@ namespace {
 /// to date then.
 PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene = true) {
   refuse_animated(scene, call);
-  const Scene& now = needs_scene ? scene.engine->scene() : scene.engine->scene_facts();
+  const Scene& now = needs_scene ? scene.world->scene() : scene.world->scene_facts();
   if (!scene.pending) scene.pending.emplace(now, scene.next);
   return *scene.pending;
 }
@@ -39,18 +39,18 @@ void take_vertices(SceneState& scene, PendingEdits& edits) {
 
 /// Gives meshes that move, and lie in one tree with others of several trees, their own.
 void separate_moved(const SceneState& scene, PendingEdits& edits) {
-  if (!scene.engine->forest() || edits.vertices.empty()) return;
-  const TreeLayout layout = tree_layout(scene.engine->scene_facts());
+  if (!scene.world->forest() || edits.vertices.empty()) return;
+  const TreeLayout layout = tree_layout(scene.world->scene_facts());
   for (const auto& [number, v] : edits.vertices)
     if (const auto mesh = edits.edits.mesh_index(number); mesh && layout.shares(*mesh)) {
-      scene.engine->scene();
+      scene.world->scene();
       edits.edits.separate_mesh(number);
     }
 }
 
 /// Commits edits that move meshes and instances.
 void commit_moves(SceneState& scene, PendingEdits& edits) {
-  const SceneInstances& all = scene.engine->scene_facts().instances;
+  const SceneInstances& all = scene.world->scene_facts().instances;
   std::vector<DenseVertices> dense;
   std::vector<MovedVertices> moved;
   dense.reserve(edits.vertices.size());
@@ -60,18 +60,18 @@ void commit_moves(SceneState& scene, PendingEdits& edits) {
                      dense.emplace_back(v.positions, v.stride, v.count).all, mesh, number});
   }
   SceneChange change{.vertices = moved, .transforms = edits.edits.transforms()};
-  scene.engine->commit(change, scene.update);
+  scene.world->commit(change, scene.update);
   for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
 }
 
 /// Commits edits that change the structure.
 void commit_structure(SceneState& scene, PendingEdits& edits) {
-  scene.engine->scene();
+  scene.world->scene();
   take_vertices(scene, edits);
   SceneChange change{.structure = edits.edits.structure()};
   check_triangle_count(change.structure->instances.first.back(), "commit");
-  scene.engine->commit(change, scene.update);
-  const Scene& now = scene.engine->scene_facts();
+  scene.world->commit(change, scene.update);
+  const Scene& now = scene.world->scene_facts();
   scene.places.emplace(now, scene.ids);
   std::map<std::uint32_t, MeshState> meshes;
   for (const MeshLabel& label : now.instances.mesh_labels) {
@@ -91,7 +91,7 @@ void commit(SceneState& scene) {
     commit_structure(scene, edits);
   else
     commit_moves(scene, edits);
-  scene.refits = scene.engine->last_update().refitted ? scene.refits + 1 : 0;
+  scene.refits = scene.world->last_update().refitted ? scene.refits + 1 : 0;
 }
 
 /// Throws Error(Arguments) unless there is an instance for each number, and each is named once.

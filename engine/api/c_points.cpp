@@ -63,8 +63,8 @@ std::string edge_text(const FaultyEdge& edge) {
 }
 
 /// Refuses signs by pseudonormals of a mesh whose triangles are wound against each other.
-void need_wound(ballot::Engine& engine) {
-  const Topology& t = engine.topology();
+void need_wound(ballot::DeviceScene& world) {
+  const Topology& t = world.topology();
   if (t.consistently_wound()) return;
   refuse(fmt::format(
       "sign by pseudonormals: triangles are wound against each other: at {} of the {} edges both run in the same "
@@ -74,8 +74,8 @@ void need_wound(ballot::Engine& engine) {
 }
 
 /// Refuses the inside test of a mesh with open edges.
-void need_closed(ballot::Engine& engine) {
-  const Topology& t = engine.topology();
+void need_closed(ballot::DeviceScene& world) {
+  const Topology& t = world.topology();
   if (t.closed()) return;
   const FaultyEdge& edge = t.first_boundary.empty() ? t.first_nonmanifold.front() : t.first_boundary.front();
   refuse(fmt::format(
@@ -165,22 +165,22 @@ BallotTimes times_of(PointClock::time_point begin, const TraceTimes& spent, std:
 BallotTimes query_points(SceneState& scene, const PointArray& points, const BallotNearest& to,
                          const BallotPointQuery& query) {
   const auto begin = PointClock::now();
-  ballot::Engine& engine = *scene.engine;
+  ballot::DeviceScene& world = *scene.world;
   Watch watch(query, *scene.device, "points");
   const Watched watched(watch);
   NearestArrays out(to, scene, is_by_sides(query));
-  if (out.wants_inside() && !query.assume_closed) need_closed(engine);
-  if (out.wants_sides() && !query.assume_closed) need_wound(engine);
+  if (out.wants_inside() && !query.assume_closed) need_closed(world);
+  if (out.wants_sides() && !query.assume_closed) need_wound(world);
   const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
   const PointQuery how{.exact = is_exact(query.numeric), .sides = out.wants_sides()};
   TraceTimes spent;
   if (out.wants_nearest())
-    spent = engine.points().nearest(
+    spent = world.points().nearest(
         stream_of(points, watch, 0, between),
         [&](std::uint64_t first, std::span<const Nearest> answers) { out.write(first, answers); }, how);
   if (out.wants_inside())
     spent.device_ms +=
-        engine.points()
+        world.points()
             .inside(
                 stream_of(points, watch, between, 1),
                 [&](std::uint64_t first, std::span<const std::uint32_t> answers) { out.write(first, answers); }, how)
@@ -192,24 +192,24 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
 TraceTimes query_arrays(SceneState& scene, BufferState& points, BufferState& answers, std::uint64_t count,
                         const BallotPointQuery& query) {
   constexpr const char* kCall = "points on the device";
-  ballot::Engine& engine = *scene.engine;
+  ballot::DeviceScene& world = *scene.world;
   Buffer<ProbePoint>& from = array_of<ProbePoint>(points, scene, count, kCall, "points");
   PointQuery how{.exact = is_exact(query.numeric), .sides = is_by_sides(query)};
   if (std::holds_alternative<Buffer<Nearest>>(answers.array)) {
     how.sides = false;
-    return engine.points().nearest(from, array_of<Nearest>(answers, scene, count, kCall, "answers"), count, how);
+    return world.points().nearest(from, array_of<Nearest>(answers, scene, count, kCall, "answers"), count, how);
   }
   const auto check_mesh = [&] {
-    if (!query.assume_closed) how.sides ? need_wound(engine) : need_closed(engine);
+    if (!query.assume_closed) how.sides ? need_wound(world) : need_closed(world);
   };
   if (std::holds_alternative<Buffer<std::uint32_t>>(answers.array)) {
     Buffer<std::uint32_t>& inside = array_of<std::uint32_t>(answers, scene, count, kCall, "answers");
     check_mesh();
-    return engine.points().inside(from, inside, count, how);
+    return world.points().inside(from, inside, count, how);
   }
   Buffer<float>& distances = array_of<float>(answers, scene, count, kCall, "answers");
   check_mesh();
-  return engine.points().signed_distances(from, distances, count, how);
+  return world.points().signed_distances(from, distances, count, how);
 }
 
 /// A query for crossings, with the memory that it refers to.
@@ -226,7 +226,7 @@ class ListQuery {
       refuse("crossings: alpha is 1 and numeric is 'exact'; expected one of them: textures are read in float32");
     query_.alpha = lists.alpha != 0;
     if (!lists.ray_masks) return;
-    const SceneInstances& all = scene.engine->scene_facts().instances;
+    const SceneInstances& all = scene.world->scene_facts().instances;
     if (std::ranges::all_of(all.placements, [](const Placement& p) { return p.mask == kMeetsAll; })) return;
     for (const Placement& p : all.placements)
       triangle_masks_.insert(triangle_masks_.end(), all.triangles_of(p.mesh), p.mask);
@@ -272,7 +272,7 @@ BallotTimes count_crossings(SceneState& scene, const RayArray& rays, const Ballo
       std::ranges::copy(some.subspan(i, n), lists.counts + place);
     });
   };
-  RayQueries& queries = scene.engine->rays();
+  RayQueries& queries = scene.world->rays();
   return times_of(begin, queries.count(query.source(rays, order, watch), take, query.query()), hits);
 }
 
@@ -294,7 +294,7 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
     if (lists.take(lists.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(found.data())))
       throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {} rays", first + counts.size()));
   };
-  RayQueries& queries = scene.engine->rays();
+  RayQueries& queries = scene.world->rays();
   return times_of(begin, queries.list(query.source(rays, in_turn, watch), take, query.query()), hits);
 }
 

@@ -57,11 +57,11 @@ ballot::RenderOptions options_of(const BallotPicture& p, const BallotQuery& quer
 }
 
 /// Gives the scene the sky that a picture names; empty: its own. On an error the scene keeps the one that it has.
-void use_sky(SceneState& state, Engine& engine, const std::string& named) {
+void use_sky(SceneState& state, DeviceScene& world, const std::string& named) {
   if (state.sky == named) return;
   ballot::Sky wanted = named.empty() ? *state.own_sky : make_sky(named);
-  if (!state.own_sky) state.own_sky = engine.scene_facts().sky;
-  engine.set_sky(std::move(wanted));
+  if (!state.own_sky) state.own_sky = world.scene_facts().sky;
+  world.set_sky(std::move(wanted));
   state.sky = named;
 }
 
@@ -86,9 +86,9 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
     if (room) need(rays, "ballot_make_rays", "rays");
     const DeviceUse use(*state->device);
     keep_fit(*state);
-    ballot::Engine& engine = *state->engine;
-    const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
-    const auto batch = engine.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
+    ballot::DeviceScene& world = *state->world;
+    const auto v = view_of(read_struct(view, "BallotView"), world.scene_facts());
+    const auto batch = world.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
     *count = batch->count();
     if (room == 0) return;
     const std::vector<ballot::Ray> made = batch->rays();
@@ -107,13 +107,13 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     const DeviceUse use(*state->device);
     keep_fit(*state);
     const Watched watched(watch);
-    ballot::Engine& engine = *state->engine;
-    const auto v = view_of(read_struct(view, "BallotView"), engine.scene_facts());
+    ballot::DeviceScene& world = *state->world;
+    const auto v = view_of(read_struct(view, "BallotView"), world.scene_facts());
     const auto options = options_of(p, q);
-    use_sky(*state, engine, p.sky ? p.sky : "");
+    use_sky(*state, world, p.sky ? p.sky : "");
     ballot::RenderTimes spent;
     const auto progress = [&](double done) { watch(done); };
-    write_rgba(engine.render(v, options, &spent, watch ? ballot::Progress(progress) : ballot::Progress()), p.rgba);
+    write_rgba(world.render(v, options, &spent, watch ? ballot::Progress(progress) : ballot::Progress()), p.rgba);
     BallotTimes t = BALLOT_INIT(BallotTimes);
     t.seconds = spent.seconds;
     t.device_ms = spent.device_ms;

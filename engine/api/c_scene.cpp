@@ -46,7 +46,7 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     const DeviceUse use(*d);
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
-    state->open(std::move(made), engine_options(*d, o, "auto", o.cache != 0), build_progress(watch));
+    state->open(std::move(made), scene_options(*d, o, "auto", o.cache != 0), build_progress(watch));
     *scene = scenes().add(state);
   });
 }
@@ -69,7 +69,7 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
     watch(0);
-    state->open(std::move(loaded), engine_options(*d, o, "best", !options || o.cache), build_progress(watch));
+    state->open(std::move(loaded), scene_options(*d, o, "best", !options || o.cache), build_progress(watch));
     *scene = scenes().add(state);
   });
 }
@@ -78,24 +78,24 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_info", "info");
     const DeviceHold hold(*state->device);
-    const ballot::Engine& engine = *state->engine;
-    const ballot::Forest* forest = engine.forest();
-    const ballot::BvhStats& s = engine.bvh_stats();
-    const ballot::Bounds& bounds = engine.scene().bounds;
+    const ballot::DeviceScene& world = *state->world;
+    const ballot::Forest* forest = world.forest();
+    const ballot::BvhStats& s = world.bvh_stats();
+    const ballot::Bounds& bounds = world.scene().bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
-    i.triangles = engine.scene_facts().triangles.size();
+    i.triangles = world.scene_facts().triangles.size();
     i.degenerate = s.degenerate;
-    i.meshes = engine.scene_facts().instances.meshes();
-    i.views = engine.scene_facts().views.size();
-    i.instances = engine.scene_facts().instances.placements.size();
-    i.instance_triangles = engine.triangle_count();
+    i.meshes = world.scene_facts().instances.meshes();
+    i.views = world.scene_facts().views.size();
+    i.instances = world.scene_facts().instances.placements.size();
+    i.instance_triangles = world.triangle_count();
     if (forest) i.trees = forest->meshes().size(), i.top_seconds = forest->top_facts().build_s;
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     i.nodes = s.nodes, i.leaves = s.leaves, i.depth = s.depth;
     i.sah = s.sah;
-    i.build_seconds = forest ? s.build_s : engine.refit_policy().build_s();
-    i.decay = forest ? 1 : engine.refit_policy().decay();
-    i.update_seconds = engine.last_update().seconds;
+    i.build_seconds = forest ? s.build_s : world.refit_policy().build_s();
+    i.decay = forest ? 1 : world.refit_policy().decay();
+    i.update_seconds = world.last_update().seconds;
     i.refits = state->refits;
     write_struct(info, i, "BallotSceneInfo");
   });
@@ -105,7 +105,7 @@ BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo*
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_mesh", "info");
     const DeviceHold hold(*state->device);
-    const ballot::SceneInstances& all = state->engine->scene_facts().instances;
+    const ballot::SceneInstances& all = state->world->scene_facts().instances;
     if (place >= all.meshes()) refuse(fmt::format("mesh at place {}: the scene has {}", place, all.meshes()));
     const ballot::Bounds bounds = bounds_of(*state, place);
     BallotMeshInfo i = BALLOT_INIT(BallotMeshInfo);
@@ -122,7 +122,7 @@ BallotStatus ballot_scene_instance(BallotScene* scene, size_t place, BallotInsta
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(info, "ballot_scene_instance", "info");
     const DeviceHold hold(*state->device);
-    const ballot::SceneInstances& all = state->engine->scene().instances;
+    const ballot::SceneInstances& all = state->world->scene().instances;
     if (place >= all.placements.size())
       refuse(fmt::format("instance at place {}: the scene has {}", place, all.placements.size()));
     const ballot::Placement& p = all.placements[place];
@@ -147,7 +147,7 @@ BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(triangles, "ballot_scene_triangles", "triangles");
     const DeviceHold hold(*state->device);
-    const std::span<const ballot::Triangle> all = state->engine->scene().triangles;
+    const std::span<const ballot::Triangle> all = state->world->scene().triangles;
     if (!all.empty()) std::memcpy(triangles, all.data(), all.size_bytes());
   });
 }

@@ -67,7 +67,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
           },
   };
   if (watch) stream.progress = [&](std::uint64_t done) { watch(double(done) / double(call.rays.count())); };
-  Tracer& tracer = scene.engine->tracer();
+  Tracer& tracer = scene.world->tracer();
   tracer.variant(call.query);  // unknown names are an error even without rays
   const TraceTimes spent = tracer.trace(stream, call.query);
   return clock.times(spent, out.hits());
@@ -90,7 +90,7 @@ class DeviceJob : public JobState {
 
   /// Submits the work. The device's mutex is held.
   void begin(Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
-    Tracer& tracer = scene_->engine->tracer();
+    Tracer& tracer = scene_->world->tracer();
     const Query concrete = tracer.resolve(query, rays, count);
     tracer.record(rays, hits, count, concrete, [times = spent_](double ms) { times->device_ms = ms; });
     // Work for an idle device is sent at once; behind two submissions it waits to be sent together with what follows.
@@ -207,7 +207,7 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, Ballot
     const Watch watch(read_struct(query, "BallotQuery"), *state->device);
     with_buffers(*state, rays, hits, count, query, [&](auto& from, auto& to, const ballot::Query& q) {
       const Watched watched(watch);
-      const auto done = state->engine->tracer().trace(from, to, std::uint32_t(count), q);
+      const auto done = state->world->tracer().trace(from, to, std::uint32_t(count), q);
       write_struct(times, clock.times(done, 0), "BallotTimes");
     });
   });

@@ -137,14 +137,14 @@ std::vector<Placement> read_instances(const BallotInstances& given) {
 }
 
 Bounds bounds_of(SceneState& scene, std::size_t mesh) {
-  const std::uint32_t number = scene.engine->scene_facts().instances.mesh_labels[mesh].number;
+  const std::uint32_t number = scene.world->scene_facts().instances.mesh_labels[mesh].number;
   std::optional<Bounds>& bounds = scene.meshes.at(number).bounds;
-  if (!bounds) bounds = bounds_of_mesh(scene.engine->scene(), mesh);
+  if (!bounds) bounds = bounds_of_mesh(scene.world->scene(), mesh);
   return *bounds;
 }
 
 void refuse_animated(const SceneState& scene, const char* call) {
-  const auto& animation = scene.engine->scene_facts().animation;
+  const auto& animation = scene.world->scene_facts().animation;
   if (animation && !animation->clips.empty())
     refuse(fmt::format("{}: the scene's animations move it; set a time instead, or load a file without them", call));
 }
@@ -154,8 +154,9 @@ BallotMesh mesh_struct(const BallotMesh* meshes, std::size_t i) {
                      "BallotMesh");
 }
 
-EngineOptions engine_options(const DeviceState& device, const BallotSceneOptions& o, const char* builder, bool cache) {
-  EngineOptions options;
+DeviceSceneOptions scene_options(const DeviceState& device, const BallotSceneOptions& o, const char* builder,
+                                 bool cache) {
+  DeviceSceneOptions options;
   options.context = device.gpu;
   options.use_cache = cache;
   options.build.builder = find_builder(o.builder ? o.builder : builder).id;

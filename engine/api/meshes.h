@@ -50,6 +50,7 @@ void refuse_animated(const SceneState& scene, const char* call);
 BallotMesh mesh_struct(const BallotMesh* meshes, std::size_t i);
 
 /// Returns the options of an engine or of the trees of meshes. `builder`: the default.
-EngineOptions engine_options(const DeviceState& device, const BallotSceneOptions& o, const char* builder, bool cache);
+DeviceSceneOptions scene_options(const DeviceState& device, const BallotSceneOptions& o, const char* builder,
+                                 bool cache);
 
 }  // namespace ballot::api

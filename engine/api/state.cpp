@@ -136,15 +136,15 @@ void check_buffer(const BufferState& buffer, const SceneState& scene, std::uint6
                   fmt::format("{}: the buffer of {} has {} records; expected {}", call, what, buffer.records, count));
 }
 
-void SceneState::open(Scene scene, const EngineOptions& options, const Progress& progress) {
+void SceneState::open(Scene scene, const DeviceSceneOptions& options, const Progress& progress) {
   next = {static_cast<std::uint32_t>(scene.instances.meshes()),
           static_cast<std::uint32_t>(scene.instances.placements.size())};
   places.emplace(scene, ids);
-  engine = std::make_unique<Engine>(std::move(scene), options, progress);
+  world = std::make_unique<DeviceScene>(std::move(scene), options, progress);
 }
 
 void keep_fit(SceneState& scene) {
-  if (scene.update == UpdateMode::Auto && scene.engine->rebuild_if_overdue()) scene.refits = 0;
+  if (scene.update == UpdateMode::Auto && scene.world->rebuild_if_overdue()) scene.refits = 0;
 }
 
 void refuse(const std::string& text) { throw Refused(BALLOT_ERROR_ARGUMENT, text); }

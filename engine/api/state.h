@@ -17,7 +17,7 @@
 #include "engine/api/handles.h"
 #include "engine/api/jobs.h"
 #include "engine/api/place_table.h"
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::api {
 
@@ -116,13 +116,13 @@ struct PendingEdits {
 struct SceneState {
   ~SceneState() {
     const DeviceHold hold(*device);
-    engine.reset();
+    world.reset();
   }
   /// Takes a finished scene and the options of its engine.
-  void open(Scene scene, const EngineOptions& options, const Progress& progress);
+  void open(Scene scene, const DeviceSceneOptions& options, const Progress& progress);
 
   std::shared_ptr<DeviceState> device;
-  std::unique_ptr<Engine> engine;
+  std::unique_ptr<DeviceScene> world;
   std::map<std::uint32_t, MeshState> meshes;  // by number
   IdSource ids = IdSource::Mesh;
   std::optional<PlaceTable> places;  // there with the engine

@@ -14,7 +14,7 @@ struct ShownPicture {
   std::uint32_t width = 0, height = 0;
 };
 
-/// Owns the swapchain of a window. Made by an Engine that was opened with a window. Belongs to one thread.
+/// Owns the swapchain of a window. Made by a DeviceScene that was opened with a window. Belongs to one thread.
 class Presenter {
  public:
   /// Records draws inside the render pass pass(), whose target has the size of the window.

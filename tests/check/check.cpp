@@ -66,14 +66,14 @@ Args parse(int argc, char** argv) {
 
 /// Returns rays of a kind, from all views one after the other. Each view gets a square picture of such a size that
 /// there are about `count` rays in all.
-std::vector<Ray> kind_rays(Engine& engine, const RayKind& kind, std::size_t count) {
+std::vector<Ray> kind_rays(DeviceScene& world, const RayKind& kind, std::size_t count) {
   const RayKindOptions options;
   const std::size_t per_pixel = kind.generators.size() * (kind.rays_per_hit ? kind.rays_per_hit : options.ao_rays);
-  const double pixels = double(count) / double(engine.scene().views.size() * per_pixel);
+  const double pixels = double(count) / double(world.scene().views.size() * per_pixel);
   const std::uint32_t size = std::max(8u, std::uint32_t(std::sqrt(pixels) + 0.5));
   std::vector<Ray> all;
-  for (const View& view : engine.scene().views) {
-    const std::vector<Ray> rays = engine.make_batch(view, kind, size, size, options)->rays();
+  for (const View& view : world.scene().views) {
+    const std::vector<Ray> rays = world.make_batch(view, kind, size, size, options)->rays();
     all.insert(all.end(), rays.begin(), rays.end());
   }
   return all;
@@ -81,10 +81,10 @@ std::vector<Ray> kind_rays(Engine& engine, const RayKind& kind, std::size_t coun
 
 /// Returns rays between random points of the box, the same ones in every run.
 std::vector<Ray> random_rays(const Bounds& b, std::size_t count) {
-  std::mt19937 engine(1);
+  std::mt19937 world(1);
   const auto point = [&] {
     glm::vec3 p;
-    for (int k = 0; k < 3; ++k) p[k] = b.lo[k] + (b.hi[k] - b.lo[k]) * (float(engine() >> 8) * 0x1p-24f);
+    for (int k = 0; k < 3; ++k) p[k] = b.lo[k] + (b.hi[k] - b.lo[k]) * (float(world() >> 8) * 0x1p-24f);
     return p;
   };
   std::vector<Ray> rays;
@@ -98,9 +98,9 @@ std::vector<Ray> random_rays(const Bounds& b, std::size_t count) {
 /// Traces sets of rays with every query and counts and prints what is wrong.
 class Checker {
  public:
-  Checker(Engine& engine, bool quick)
-      : engine_(engine), quick_(quick), oracle_(engine.tracer().pair_tree(NodeLayout::Interleaved)) {
-    engine_.tracer().prefill = kPattern;
+  Checker(DeviceScene& world, bool quick)
+      : world_(world), quick_(quick), oracle_(world.tracer().pair_tree(NodeLayout::Interleaved)) {
+    world_.tracer().prefill = kPattern;
   }
   std::uint64_t problems() const { return problems_; }
 
@@ -120,7 +120,7 @@ class Checker {
           if (reference.empty())
             reference = hits;
           else
-            expect_equal(reference, hits, engine_.tracer().variant(q).name());
+            expect_equal(reference, hits, world_.tracer().variant(q).name());
         }
       if (!reference.empty()) check_invariance(rays, reference, mode.name);
     }
@@ -129,7 +129,7 @@ class Checker {
  private:
   std::vector<Hit> trace(const std::vector<Ray>& rays, const Query& q) {
     std::vector<Hit> hits(rays.size());
-    const TraceTimes times = engine_.trace(rays, hits, q);
+    const TraceTimes times = world_.trace(rays, hits, q);
     if (const std::size_t n = count_untouched(hits))
       problem("the kernel wrote no hit for {} of {} rays", n, rays.size());
     if (times.retraced) fmt::print("  {} rays retraced in pieces\n", times.retraced);
@@ -152,10 +152,10 @@ class Checker {
     for (const Method& m : kMethods) {
       std::vector<Knobs> all = every_threshold(m);
       if (!quick_ && !m.chooses)
-        for (const CoveringKernel& k : any_two_settings({&m, 1}, engine_.device())) all.push_back(k.query.knobs);
+        for (const CoveringKernel& k : any_two_settings({&m, 1}, world_.device())) all.push_back(k.query.knobs);
       for (const Knobs& k : all) {
         const Query q{Want::Nearest, std::string(m.name), std::string(mode), k};
-        expect_equal(reference, trace(rays, q), engine_.tracer().variant(q).name());
+        expect_equal(reference, trace(rays, q), world_.tracer().variant(q).name());
         ++runs;
       }
     }
@@ -181,7 +181,7 @@ class Checker {
     ++problems_;
   }
 
-  Engine& engine_;
+  DeviceScene& world_;
   bool quick_;
   Oracle oracle_;
   std::uint64_t problems_ = 0;
@@ -191,17 +191,17 @@ int run(int argc, char** argv) {
   const Args args = parse(argc, argv);
   std::uint64_t problems = 0;
   for (const std::string& scene : args.scenes) {
-    Engine engine(load_scene(scene),
-                  {.device = args.device, .validate = args.validate, .build = {}, .use_cache = true});
-    fmt::print("{}: {} triangles on {} ({}), subgroup {} ({} to {})\n", engine.scene().name,
-               engine.scene().triangles.size(), engine.device().name, engine.device().driver,
-               engine.device().subgroup_size, engine.device().min_subgroup_size, engine.device().max_subgroup_size);
-    Checker checker(engine, args.quick);
+    DeviceScene world(load_scene(scene),
+                      {.device = args.device, .validate = args.validate, .build = {}, .use_cache = true});
+    fmt::print("{}: {} triangles on {} ({}), subgroup {} ({} to {})\n", world.scene().name,
+               world.scene().triangles.size(), world.device().name, world.device().driver, world.device().subgroup_size,
+               world.device().min_subgroup_size, world.device().max_subgroup_size);
+    Checker checker(world, args.quick);
     const Want both[] = {Want::Nearest, Want::Any};
-    checker.check("random", random_rays(engine.scene().bounds, args.rays), both);
+    checker.check("random", random_rays(world.scene().bounds, args.rays), both);
     for (const RayKind* kind : args.kinds)
-      checker.check(kind->name, kind_rays(engine, *kind, args.rays), std::span(&kind->want, 1));
-    problems += checker.problems() + engine.messages().size();
+      checker.check(kind->name, kind_rays(world, *kind, args.rays), std::span(&kind->want, 1));
+    problems += checker.problems() + world.messages().size();
   }
   fmt::print("{} problems\n", problems);
   return problems ? 1 : 0;

@@ -107,15 +107,15 @@ class Points {
   }
   /// Returns a vertex of a triangle or a point of one of its edges.
   glm::vec3 on_an_edge() {
-    const Triangle& t = scene_.triangles[engine_() % scene_.triangles.size()];
-    const std::size_t k = engine_() % 3;
-    return engine_() % 2 ? t[k] : t[k] + (t[(k + 1) % 3] - t[k]) * share();
+    const Triangle& t = scene_.triangles[world_() % scene_.triangles.size()];
+    const std::size_t k = world_() % 3;
+    return world_() % 2 ? t[k] : t[k] + (t[(k + 1) % 3] - t[k]) * share();
   }
 
  private:
-  float share() { return float(engine_() >> 8) * 0x1p-24f; }
+  float share() { return float(world_() >> 8) * 0x1p-24f; }
   const Scene& scene_;
-  std::mt19937 engine_{1};
+  std::mt19937 world_{1};
 };
 
 /// Holds a scene in Embree and in the oracles, and compares their answers.

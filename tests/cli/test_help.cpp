@@ -89,7 +89,7 @@ TEST_F(Help, OfRenderListsShadings) {
   for (const Shading& s : kShadings) expect_parts(text, {s.name, s.summary});
 }
 
-TEST_F(Help, SplitBudgetsRangeIsTheEnginesOwn) {
+TEST_F(Help, SplitBudgetsRangeIsTheLibrarysOwn) {
   square();
   const std::string text = succeed({"info", "--help-all"}).out;
   expect_parts(text, {"0 to 16"});

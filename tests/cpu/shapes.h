@@ -18,16 +18,16 @@ using Triangles = std::vector<Triangle>;
 
 class Random {
  public:
-  explicit Random(std::uint32_t seed) : engine_(seed) {}
-  float in(float lo, float hi) { return lo + (hi - lo) * static_cast<float>(engine_() >> 8) * 0x1p-24f; }
+  explicit Random(std::uint32_t seed) : world_(seed) {}
+  float in(float lo, float hi) { return lo + (hi - lo) * static_cast<float>(world_() >> 8) * 0x1p-24f; }
   glm::vec3 point(float half) {
     const float x = in(-half, half), y = in(-half, half), z = in(-half, half);
     return {x, y, z};
   }
-  std::size_t below(std::size_t n) { return engine_() % n; }
+  std::size_t below(std::size_t n) { return world_() % n; }
 
  private:
-  std::mt19937 engine_;
+  std::mt19937 world_;
 };
 
 /// Random triangles of about `size` in a cube of half width 1.

@@ -8,7 +8,7 @@
 
 #include "engine/answer/covering.h"
 #include "engine/oracle/oracle.h"
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::harness {
 

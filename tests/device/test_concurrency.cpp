@@ -48,11 +48,11 @@ class Concurrency : public DeviceTest {
         expect_right(*t, rays, query, hits);
         out.hits.push_back(std::move(hits));
       }
-    EngineOptions shared;
+    DeviceSceneOptions shared;
     shared.context = gpu;
     shared.use_cache = false;
-    Engine engine(load_scene(BALLOT_SOURCE_DIR "/scenes/cornell.gltf"), shared);
-    const Image image = engine.render(engine.scene().views[0], {.width = 24, .height = 24});
+    DeviceScene world(load_scene(BALLOT_SOURCE_DIR "/scenes/cornell.gltf"), shared);
+    const Image image = world.render(world.scene().views[0], {.width = 24, .height = 24});
     out.picture = image.channel("G").floats;
     out.messages = gpu->messages();
     return out;

@@ -19,35 +19,35 @@ namespace fs = std::filesystem;
 class CounterTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    engine_ = std::make_unique<Engine>(load_scene(BALLOT_SOURCE_DIR "/scenes/cornell.gltf"),
-                                       EngineOptions{.device = "", .validate = true, .build = {}});
-    diffuse_ = engine_->make_batch(engine_->scene().views[0], find_ray_kind("diffuse"), 64, 64);
-    primary_ = engine_->make_batch(engine_->scene().views[0], find_ray_kind("primary"), 64, 64);
+    world_ = std::make_unique<DeviceScene>(load_scene(BALLOT_SOURCE_DIR "/scenes/cornell.gltf"),
+                                           DeviceSceneOptions{.device = "", .validate = true, .build = {}});
+    diffuse_ = world_->make_batch(world_->scene().views[0], find_ray_kind("diffuse"), 64, 64);
+    primary_ = world_->make_batch(world_->scene().views[0], find_ray_kind("primary"), 64, 64);
   }
   static void TearDownTestSuite() {
     diffuse_.reset();
     primary_.reset();
-    engine_.reset();
+    world_.reset();
   }
-  void TearDown() override { EXPECT_EQ(engine_->messages(), std::vector<std::string>{}); }
+  void TearDown() override { EXPECT_EQ(world_->messages(), std::vector<std::string>{}); }
 
   static Counters count(const char* method, const Knobs& knobs = {}, RayBatch& batch = *diffuse_) {
-    return engine_->count(batch, {.method = method, .knobs = knobs});
+    return world_->count(batch, {.method = method, .knobs = knobs});
   }
   static void expect_same(const Counters& a, const Counters& b, std::initializer_list<const char*> names) {
     for (const char* name : names) EXPECT_EQ(a[name], b[name]) << name;
   }
 
-  static inline std::unique_ptr<Engine> engine_;
+  static inline std::unique_ptr<DeviceScene> world_;
   static inline std::unique_ptr<RayBatch> diffuse_, primary_;
 };
 
 // Methods.AnyTwoSettingsTogetherAreRight counts in the other modes and with other knobs.
 TEST_F(CounterTest, CountedWalksHitWhatTimedOnesHit) {
   for (const Query& q : every_method(Want::Nearest, kDefaultNumeric)) {
-    engine_->trace(*diffuse_, q);
+    world_->trace(*diffuse_, q);
     const auto timed = diffuse_->hits();
-    const Counters c = engine_->count(*diffuse_, q);
+    const Counters c = world_->count(*diffuse_, q);
     EXPECT_EQ(count_different(timed, diffuse_->hits()), 0u) << q.method;
     EXPECT_EQ(c.rays, timed.size());
     EXPECT_GT(c["nodes"], 0u);
@@ -57,13 +57,13 @@ TEST_F(CounterTest, CountedWalksHitWhatTimedOnesHit) {
 // Each ray has its own record, as heat maps and the inspector show single rays.
 TEST_F(CounterTest, EveryRayHasCountsOfItsOwn) {
   const std::vector<Ray> rays = primary_->rays();
-  Context& gpu = *engine_->context();
+  Context& gpu = *world_->context();
   Buffer<Ray> ray_buffer(gpu, rays.size(), Access::Storage, "rays");
   Buffer<Hit> hits(gpu, rays.size(), Access::Storage, "hits");
   Buffer<RayStats> stats(gpu, rays.size(), Access::Storage, "counters");
   ray_buffer.upload(rays);
   for (const Query& q : every_method(Want::Nearest, kDefaultNumeric)) {
-    engine_->tracer().trace_counted(ray_buffer, hits, std::uint32_t(rays.size()), q, stats);
+    world_->tracer().trace_counted(ray_buffer, hits, std::uint32_t(rays.size()), q, stats);
     std::vector<RayStats> all(rays.size());
     stats.download(all);
     const auto idle = std::ranges::count_if(all, [](const RayStats& s) { return s.nodes == 0; });
@@ -100,7 +100,7 @@ TEST_F(CounterTest, PacketsVisitMoreThanTheirRaysNeed) {
   EXPECT_GT(packet["disagreements"], 0u);
   EXPECT_LE(packet["disagreements"], packet["votes"]);
   EXPECT_LT(packet.coherence(), count("packet", {}, *primary_).coherence());
-  EXPECT_LE(packet.stack, engine_->bvh_stats().depth + 1);
+  EXPECT_LE(packet.stack, world_->bvh_stats().depth + 1);
 }
 
 // A hybrid whose threshold is never reached counts as the packet does. One whose threshold is always reached splits.
@@ -148,20 +148,20 @@ TEST_F(CounterTest, HeatMapsShowTheCounters) {
     ADD_FAILURE() << "no channel " << name;
     return std::vector<float>(64 * 64);
   };
-  const Image plain = engine_->render(engine_->scene().views[0], options);
+  const Image plain = world_->render(world_->scene().views[0], options);
   double nodes = 0, triangles = 0;
   for (const float x : channel(plain, "stats.nodes")) nodes += x;
   for (const float x : channel(plain, "stats.triangles")) triangles += x;
   EXPECT_EQ(nodes, double(expected["nodes"]));
   EXPECT_EQ(triangles, double(expected["triangles_tested"]));
-  for (const float x : channel(plain, "stats.lanes")) EXPECT_LE(x, float(engine_->device().subgroup_size));
+  for (const float x : channel(plain, "stats.lanes")) EXPECT_LE(x, float(world_->device().subgroup_size));
   for (const float x : channel(plain, "stats.phase")) EXPECT_LE(x, 1.0f);
   options.stats = false;
   options.shading = "heat";
   for (const HeatKind& kind : kHeatKinds) {
     options.heat = kind.name;
     RenderTimes times;
-    const Image heat = engine_->render(engine_->scene().views[0], options, &times);
+    const Image heat = world_->render(world_->scene().views[0], options, &times);
     EXPECT_GT(times.heat_top, 0) << kind.name;
     EXPECT_EQ(channel(heat, "stats.nodes"), channel(plain, "stats.nodes")) << kind.name;
     const auto red = channel(heat, "R");
@@ -169,15 +169,15 @@ TEST_F(CounterTest, HeatMapsShowTheCounters) {
   }
   options.spp = 4;
   options.heat = "nodes";
-  const auto mean = channel(engine_->render(engine_->scene().views[0], options), "stats.nodes");
+  const auto mean = channel(world_->render(world_->scene().views[0], options), "stats.nodes");
   EXPECT_NEAR(std::accumulate(mean.begin(), mean.end(), 0.0), nodes, nodes * 0.1);
   options.heat = "warmth";
-  EXPECT_THROW(engine_->render(engine_->scene().views[0], options), Error);
+  EXPECT_THROW(world_->render(world_->scene().views[0], options), Error);
 }
 
 // Tests the rule that makes bounded lists safe: the packet walks nodes that do not fit, and the hits stay the same.
 TEST_F(CounterTest, FullListsOverflowToThePacket) {
-  engine_->trace(*diffuse_, {.method = "if-if"});
+  world_->trace(*diffuse_, {.method = "if-if"});
   const auto expected = diffuse_->hits();
   std::uint64_t last = ~0ull;
   for (const char* list : {"1", "2", "4", "8", "64"}) {
@@ -234,10 +234,10 @@ TEST_F(TimedKernels, AreThoseOfSourcesWithoutCounters) {
       for (const Query& q : every_method(want, mode.name)) {
         if (mode.name != kDefaultNumeric && q.method != kPlainestMethod) continue;  // no mode counts by itself
         const KernelSource source =
-            kernel_source(engine_->tracer().variant(q), engine_->device(), engine_->features().tree);
+            kernel_source(world_->tracer().variant(q), world_->device(), world_->features().tree);
         compiled.emplace_back(source, compile_shader(source.file, source.defines, false).words);
         const KernelSource counted =
-            kernel_source(engine_->tracer().variant(q, true), engine_->device(), engine_->features().tree);
+            kernel_source(world_->tracer().variant(q, true), world_->device(), world_->features().tree);
         EXPECT_NE(compile_shader(counted.file, counted.defines, false).words, compiled.back().second);
       }
   const test::TemporaryFolder copy;

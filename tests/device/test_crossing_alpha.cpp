@@ -96,12 +96,12 @@ Scene layers() {
 
 class CrossingAlpha : public CrossingTest {
  protected:
-  Engine engine_{layers(), {.device = "", .validate = true, .build = {}, .use_cache = false}};
+  DeviceScene world_{layers(), {.device = "", .validate = true, .build = {}, .use_cache = false}};
 };
 
 TEST_F(CrossingAlpha, LeavesOutWhatStopsNothing) {
-  const Scene& scene = engine_.scene();
-  RayQueries& queries = engine_.rays();
+  const Scene& scene = world_.scene();
+  RayQueries& queries = world_.rays();
   std::vector<Ray> rays;
   for (const Ray& r : shapes::random_rays(1500, 5, 0.5f))
     rays.push_back({{r.origin.x, r.origin.y, -1}, 0, {0.02f * r.dir.x, 0.02f * r.dir.y, 1}, 1e6f});
@@ -136,24 +136,24 @@ TEST_F(CrossingAlpha, LeavesOutWhatStopsNothing) {
     EXPECT_LT(unsure, rays.size() / 4);
     EXPECT_GT(left_out, 6000u);
   }
-  EXPECT_EQ(engine_.messages(), std::vector<std::string>{});
+  EXPECT_EQ(world_.messages(), std::vector<std::string>{});
 }
 
 TEST_F(CrossingAlpha, IsRefusedInModeExact) {
   const std::vector<Ray> rays = shapes::random_rays(3);
-  EXPECT_THROW(counts(engine_.rays(), rays, {.exact = true, .alpha = true}), Error);
+  EXPECT_THROW(counts(world_.rays(), rays, {.exact = true, .alpha = true}), Error);
 }
 
 // The kernel is the one without alpha, and the scene's materials are not uploaded.
 TEST_F(CrossingAlpha, OpaqueScenesAreAsTheyAre) {
   Scene scene = layers();
   for (Material& m : scene.materials) m.alpha_mode = Alpha::Opaque;
-  Engine opaque(std::move(scene), {.device = "", .validate = true, .build = {}, .use_cache = false});
+  DeviceScene opaque(std::move(scene), {.device = "", .validate = true, .build = {}, .use_cache = false});
   const Ray rays[] = {{{0.25f, 0.125f, -1}, 0, {0, 0, 1}, 1e6f}};
   EXPECT_EQ(counts(opaque.rays(), rays, {.alpha = true}), (std::vector<std::uint32_t>{18}));
   EXPECT_EQ(opaque.render_bytes(), 0u);
-  EXPECT_LT(counts(engine_.rays(), rays, {.alpha = true})[0], 18u);
-  EXPECT_GT(engine_.render_bytes(), 0u);
+  EXPECT_LT(counts(world_.rays(), rays, {.alpha = true})[0], 18u);
+  EXPECT_GT(world_.render_bytes(), 0u);
 }
 
 }  // namespace

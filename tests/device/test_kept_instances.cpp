@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "engine/answer/point_queries.h"
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 #include "tests/cpu/animated.h"
 #include "tests/cpu/shapes.h"
 #include "tests/device/crossing_test.h"
@@ -74,24 +74,24 @@ Scene loaded(const GltfBuilder& b, InstancePolicy policy) {
 
 class KeptInstances : public DeviceTest {
  protected:
-  static std::unique_ptr<Engine> engine_of(Scene scene) {
-    EngineOptions options;
+  static std::unique_ptr<DeviceScene> world_of(Scene scene) {
+    DeviceSceneOptions options;
     options.context = gpu_;
     options.use_cache = false;
-    return std::make_unique<Engine>(std::move(scene), options);
+    return std::make_unique<DeviceScene>(std::move(scene), options);
   }
   /// Two engines with the same scene: with its meshes kept, and with copies.
   struct Both {
-    std::unique_ptr<Engine> kept, copied;
+    std::unique_ptr<DeviceScene> kept, copied;
   };
   static Both both(const GltfBuilder& b) {
-    return {engine_of(loaded(b, InstancePolicy::Keep)), engine_of(loaded(b, InstancePolicy::Copy))};
+    return {world_of(loaded(b, InstancePolicy::Keep)), world_of(loaded(b, InstancePolicy::Copy))};
   }
-  static Image picture(Engine& engine, const std::string& shading) {
+  static Image picture(DeviceScene& world, const std::string& shading) {
     RenderOptions o{
         .width = kPictureSide, .height = kPictureSide, .spp = 4, .shading = shading, .bounces = 4, .ao_radius = 0.2f};
     o.query.method = "while-while";
-    return engine.render(engine.scene().views[0], o);
+    return world.render(world.scene().views[0], o);
   }
 };
 
@@ -129,15 +129,15 @@ TEST_F(KeptInstances, PointsAndEdgesAreThoseOfCopies) {
   shapes::Random random(8);
   for (const double time : {-1.0, 0.7}) {
     if (time >= 0)
-      for (Engine* engine : {e.kept.get(), e.copied.get()}) engine->set_time(0, time);
+      for (DeviceScene* world : {e.kept.get(), e.copied.get()}) world->set_time(0, time);
     std::vector<ProbePoint> points;
     for (int i = 0; i < 1000; ++i) points.push_back({random.point(2), std::numeric_limits<float>::infinity()});
     std::vector<Nearest> a(points.size()), b(points.size());
     std::vector<std::uint32_t> in_a(points.size()), in_b(points.size());
     std::size_t others = 0;
-    for (const auto& [engine, near, inside] : {std::tuple(e.kept.get(), &a, &in_a), {e.copied.get(), &b, &in_b}}) {
-      engine->points().nearest(points, *near, {.sides = true});
-      engine->points().inside(points, *inside);
+    for (const auto& [world, near, inside] : {std::tuple(e.kept.get(), &a, &in_a), {e.copied.get(), &b, &in_b}}) {
+      world->points().nearest(points, *near, {.sides = true});
+      world->points().inside(points, *inside);
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       EXPECT_NEAR(a[i].distance, b[i].distance, 4e-6f) << i;
@@ -176,7 +176,7 @@ TEST_F(KeptInstances, MirroredGlassIsGlass) {
     b.node({{"mesh", 0}, {"scale", {sign * 2.5, 2.5, 2.5}}});
     b.node({{"mesh", 0}, {"translation", {0, 40, 0}}});
     b.node({{"mesh", floor}});
-    return picture(*engine_of(loaded(b, policy)), "whitted");
+    return picture(*world_of(loaded(b, policy)), "whitted");
   };
   const Image plain = seen(1, InstancePolicy::Copy);
   double whole = 0;
@@ -211,20 +211,20 @@ TEST_F(KeptInstances, TransparentOnesToo) {
 }
 
 TEST_F(KeptInstances, RaysOfEveryKindHoldToTheOracles) {
-  const auto engine = engine_of(loaded(balls(), InstancePolicy::Keep));
+  const auto world = world_of(loaded(balls(), InstancePolicy::Keep));
   for (const RayKind& kind : kRayKinds) {
     if (kind.name == "secondary") continue;  // reflect and refract
-    const auto batch = engine->make_batch(engine->scene().views[0], kind, kPictureSide, kPictureSide, {.ao_rays = 2});
+    const auto batch = world->make_batch(world->scene().views[0], kind, kPictureSide, kPictureSide, {.ao_rays = 2});
     ASSERT_GT(batch->count(), 0u);
-    const ExactTruth truth = engine->checker().exact_truth(*batch);
+    const ExactTruth truth = world->checker().exact_truth(*batch);
     for (const char* numeric : {"watertight", "exact"}) {
       if (std::string_view(numeric) == "exact" && !gpu_->info().float64) continue;
-      const ErrorFigures f = engine->checker().verify(*batch, truth, {.method = "while-while", .numeric = numeric}, 2);
+      const ErrorFigures f = world->checker().verify(*batch, truth, {.method = "while-while", .numeric = numeric}, 2);
       EXPECT_EQ(f.beyond_bound + f.wrong_values + f.unwritten + f.self_hits, 0u) << kind.name << " " << numeric;
       EXPECT_EQ(std::string_view(numeric) == "exact" ? f.errors() : 0, 0u) << kind.name;
       for (const ErrorCase& error : f.cases) EXPECT_TRUE(error.within_bound) << in_words(error);
     }
-    const HitCheck check = engine->checker().check(*batch, engine->checker().truth(*batch), {.method = "while-while"});
+    const HitCheck check = world->checker().check(*batch, world->checker().truth(*batch), {.method = "while-while"});
     EXPECT_EQ(check.judgement.errors() + check.unwritten, 0u) << kind.name;
   }
 }
@@ -242,28 +242,28 @@ TEST_F(KeptInstances, EveryOffsetLeavesItsTriangle) {
   b.json.erase("animations");
   Scene scene = loaded(b, InstancePolicy::Keep);
   scene.views[0].world_from_camera[3].x += 3000;
-  const auto engine = engine_of(std::move(scene));
+  const auto world = world_of(std::move(scene));
   for (const char* policy : {"proved", "bounded"})
     for (const char* kind : {"reflect", "refract", "diffuse"}) {
-      const auto batch = engine->make_batch(engine->scene().views[0], find_ray_kind(kind), kPictureSide, kPictureSide,
-                                            {.offset = policy});
-      const ExactTruth truth = engine->checker().exact_truth(*batch);
-      EXPECT_EQ(engine->checker().verify(*batch, truth, {.method = "while-while"}).self_hits, 0u)
+      const auto batch = world->make_batch(world->scene().views[0], find_ray_kind(kind), kPictureSide, kPictureSide,
+                                           {.offset = policy});
+      const ExactTruth truth = world->checker().exact_truth(*batch);
+      EXPECT_EQ(world->checker().verify(*batch, truth, {.method = "while-while"}).self_hits, 0u)
           << policy << " " << kind;
     }
 }
 
 TEST_F(KeptInstances, ClosedMeshesDoNotLeak) {
-  const auto engine = engine_of(loaded(balls(), InstancePolicy::Keep));
+  const auto world = world_of(loaded(balls(), InstancePolicy::Keep));
   std::vector<Ray> rays;
   std::mt19937 random(3);
   std::normal_distribution<float> normal;
-  const Forest& forest = *engine->forest();
+  const Forest& forest = *world->forest();
   for (const Transform& t : forest.transforms())
     for (int i = 0; i < 400; ++i)
       rays.push_back({{t.m[0][3], t.m[1][3], t.m[2][3]}, 0, {normal(random), normal(random), normal(random)}, 1e30f});
   std::vector<Hit> hits(rays.size());
-  engine->trace(rays, hits, {.method = "while-while"});
+  world->trace(rays, hits, {.method = "while-while"});
   std::size_t first = 0, leaks = 0;
   for (const Instance& i : forest.instances()) {
     const bool closed = forest.meshes()[i.mesh].triangles.size() > 2;  // the floor is open
@@ -324,11 +324,11 @@ TEST_F(KeptInstances, PosesThatCannotBePlacedAreRefused) {
   AnimatedBuilder b = balls();
   const int scales = b.vec3({1, 1, 1, 1, 0, 1});
   b.channel(0, "scale", {0, 1}, scales);
-  const auto engine = engine_of(loaded(b, InstancePolicy::Keep));
-  const Image before = picture(*engine, "normals");
-  expect_error(Failure::Arguments, {"the matrix of instance 0", "moved copy"}, [&] { engine->set_time(0, 1); });
-  expect_alike(picture(*engine, "normals"), before, "after a pose that was refused", 0);
-  engine->set_time(0, 0.5);
+  const auto world = world_of(loaded(b, InstancePolicy::Keep));
+  const Image before = picture(*world, "normals");
+  expect_error(Failure::Arguments, {"the matrix of instance 0", "moved copy"}, [&] { world->set_time(0, 1); });
+  expect_alike(picture(*world, "normals"), before, "after a pose that was refused", 0);
+  world->set_time(0, 0.5);
 }
 
 TEST_F(KeptInstances, DeformedMeshesBesideThem) {
@@ -345,13 +345,13 @@ TEST_F(KeptInstances, DeformedMeshesBesideThem) {
 }
 
 TEST_F(KeptInstances, WhatTakesNoInstancesSaysSo) {
-  const auto engine = engine_of(loaded(balls(), InstancePolicy::Keep));
+  const auto world = world_of(loaded(balls(), InstancePolicy::Keep));
   const auto refuse = [](std::string_view what, const auto& call) {
     expect_error(Failure::Arguments, {"as instances", what, "'copy'"}, call);
   };
-  refuse("an update of vertices", [&] { engine->move(engine->scene().triangles); });
-  const auto batch = engine->make_batch(engine->scene().views[0], find_ray_kind("ao"), 8, 8);
-  refuse("origin offsets", [&] { engine->check_origins(*batch); });
+  refuse("an update of vertices", [&] { world->move(world->scene().triangles); });
+  const auto batch = world->make_batch(world->scene().views[0], find_ray_kind("ao"), 8, 8);
+  refuse("origin offsets", [&] { world->check_origins(*batch); });
 }
 
 // Far away a scene of instances is refused like one of copies.
@@ -359,8 +359,8 @@ TEST_F(KeptInstances, BeyondTheRangeOfCoordinates) {
   GltfBuilder b = balls();
   b.json.erase("animations");
   b.json["nodes"][0]["translation"] = {1e30, 0, 0};
-  EXPECT_THROW(engine_of(loaded(b, InstancePolicy::Keep)), Error);
-  EXPECT_THROW(engine_of(loaded(b, InstancePolicy::Copy)), Error);
+  EXPECT_THROW(world_of(loaded(b, InstancePolicy::Keep)), Error);
+  EXPECT_THROW(world_of(loaded(b, InstancePolicy::Copy)), Error);
 }
 
 }  // namespace

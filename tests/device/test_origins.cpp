@@ -14,10 +14,10 @@ namespace {
 
 class Origins : public testing::Test {
  protected:
-  static std::unique_ptr<Engine> open(Scene scene) {
-    EngineOptions options{.device = "", .validate = true, .build = {}};
+  static std::unique_ptr<DeviceScene> open(Scene scene) {
+    DeviceSceneOptions options{.device = "", .validate = true, .build = {}};
     options.use_cache = false;
-    return std::make_unique<Engine>(std::move(scene), options);
+    return std::make_unique<DeviceScene>(std::move(scene), options);
   }
 
   /// Returns large walls about a camera at the origin: at z = -2, at x = 0.02 and one at 45 degrees.
@@ -58,8 +58,8 @@ struct Made {
   RayStart start;
 };
 
-std::vector<Made> make(Engine& engine, const char* kind, const RayKindOptions& options) {
-  const auto batch = engine.make_batch(engine.scene().views[0], find_ray_kind(kind), 32, 32, options);
+std::vector<Made> make(DeviceScene& world, const char* kind, const RayKindOptions& options) {
+  const auto batch = world.make_batch(world.scene().views[0], find_ray_kind(kind), 32, 32, options);
   const std::vector<Ray> rays = batch->rays();
   const std::vector<RayStart> starts = batch->starts();
   EXPECT_EQ(rays.size(), starts.size());
@@ -78,11 +78,11 @@ float by_ulps(float p, float n) {
 }
 
 TEST_F(Origins, UlpIsWaechterAndBinders) {
-  const auto engine = open(walls());
+  const auto world = open(walls());
   std::size_t near_zero = 0;
   for (const auto& [kind, side] : {std::pair{"reflect", 1.0}, {"refract", -1.0}, {"diffuse", 1.0}})
-    for (const Made& m : make(*engine, kind, {.offset = "ulp"})) {
-      const Triangle& t = engine->scene().triangles[m.start.hit.prim];
+    for (const Made& m : make(*world, kind, {.offset = "ulp"})) {
+      const Triangle& t = world->scene().triangles[m.start.hit.prim];
       const glm::vec3 p = point_of(t, m.start.hit), n(normal_of(t, m.start.primary) * side);
       for (int k = 0; k < 3; ++k) {
         ASSERT_EQ(m.ray.origin[k], by_ulps(p[k], n[k]))
@@ -92,15 +92,15 @@ TEST_F(Origins, UlpIsWaechterAndBinders) {
       ASSERT_EQ(m.ray.t_min, 0);
     }
   EXPECT_GT(near_zero, 100u);
-  EXPECT_EQ(engine->messages(), std::vector<std::string>{});
+  EXPECT_EQ(world->messages(), std::vector<std::string>{});
 }
 
 TEST_F(Origins, ConstantIsAShareOfTheDiagonal) {
-  const auto engine = open(walls());
-  const Bounds& b = engine->scene().bounds;
+  const auto world = open(walls());
+  const Bounds& b = world->scene().bounds;
   for (const float share : {1e-4f, 1e-2f})
-    for (const Made& m : make(*engine, "reflect", {.offset = "constant", .constant_offset = share})) {
-      const Triangle& t = engine->scene().triangles[m.start.hit.prim];
+    for (const Made& m : make(*world, "reflect", {.offset = "constant", .constant_offset = share})) {
+      const Triangle& t = world->scene().triangles[m.start.hit.prim];
       const glm::dvec3 want = glm::dvec3(point_of(t, m.start.hit)) +
                               normal_of(t, m.start.primary) * (double(share) * glm::distance(b.lo, b.hi));
       ASSERT_LT(glm::distance(glm::dvec3(m.ray.origin), want), 3e-6);
@@ -109,12 +109,12 @@ TEST_F(Origins, ConstantIsAShareOfTheDiagonal) {
 
 // The origin lies on the normal's side of the plane, and with policy "bounded" farther away than with "pbrt".
 TEST_F(Origins, ErrorBoundsLieOnTheRightSide) {
-  const auto engine = open(walls());
+  const auto world = open(walls());
   for (const auto& [kind, side] : {std::pair{"reflect", 1.0}, {"refract", -1.0}}) {
-    const auto pbrt = make(*engine, kind, {.offset = "pbrt"}), bounded = make(*engine, kind, {.offset = "bounded"});
+    const auto pbrt = make(*world, kind, {.offset = "pbrt"}), bounded = make(*world, kind, {.offset = "bounded"});
     ASSERT_EQ(pbrt.size(), bounded.size());
     for (std::size_t i = 0; i < pbrt.size(); ++i) {
-      const Triangle& t = engine->scene().triangles[pbrt[i].start.hit.prim];
+      const Triangle& t = world->scene().triangles[pbrt[i].start.hit.prim];
       const glm::dvec3 n = normal_of(t, pbrt[i].start.primary) * side;
       const double low = glm::dot(glm::dvec3(pbrt[i].ray.origin) - glm::dvec3(t[0]), n);
       const double high = glm::dot(glm::dvec3(bounded[i].ray.origin) - glm::dvec3(t[0]), n);
@@ -129,13 +129,13 @@ TEST_F(Origins, ProvedAndBoundedHaveNoSelfHits) {
   const struct { double size, distance; } cases[] = {{1, 0}, {1e-6, 1}, {1e6, 1e2}, {1, 1e6}};
   for (const verify::OriginScene& scene : verify::origin_scenes())
     for (const auto& c : cases) {
-      const auto engine = open(scene.make(c.size, c.distance));
+      const auto world = open(scene.make(c.size, c.distance));
       std::size_t rays = 0, own = 0;
-      for (const View& view : engine->scene().views)
+      for (const View& view : world->scene().views)
         for (const auto& [kind, offset] :
              {std::pair{"secondary", "proved"}, {"diffuse", "proved"}, {"secondary", "bounded"}}) {
-          const auto batch = engine->make_batch(view, find_ray_kind(kind), 64, 64, {.offset = offset});
-          engine->trace(*batch, {});
+          const auto batch = world->make_batch(view, find_ray_kind(kind), 64, 64, {.offset = offset});
+          world->trace(*batch, {});
           const std::vector<Hit> hits = batch->hits();
           const std::vector<std::uint32_t> prims = batch->start_prims();
           ASSERT_EQ(hits.size(), prims.size());
@@ -144,7 +144,7 @@ TEST_F(Origins, ProvedAndBoundedHaveNoSelfHits) {
         }
       EXPECT_GT(rays, 0u) << scene.name << " of size " << c.size << " at " << c.distance;
       EXPECT_EQ(own, 0u) << scene.name << " of size " << c.size << " at " << c.distance << ", of " << rays;
-      EXPECT_EQ(engine->messages(), std::vector<std::string>{});
+      EXPECT_EQ(world->messages(), std::vector<std::string>{});
     }
 }
 
@@ -161,10 +161,10 @@ TEST_F(Origins, LostContactsAreSeen) {
   view.name = "view";
   scene.views = {view};
   finish_scene(scene);
-  const auto engine = open(std::move(scene));
+  const auto world = open(std::move(scene));
   const auto count = [&](const RayKindOptions& options) {
-    const auto batch = engine->make_batch(engine->scene().views[0], find_ray_kind("refract"), 32, 32, options);
-    const auto checks = engine->check_origins(*batch);
+    const auto batch = world->make_batch(world->scene().views[0], find_ray_kind("refract"), 32, 32, options);
+    const auto checks = world->check_origins(*batch);
     EXPECT_EQ(checks.size(), 1024u);
     return std::ranges::count_if(checks, [](const OriginCheck& c) { return c.lost_contact; });
   };
@@ -174,20 +174,20 @@ TEST_F(Origins, LostContactsAreSeen) {
 }
 
 TEST_F(Origins, StartsAndBadOptions) {
-  const auto engine = open(walls());
-  const View& view = engine->scene().views[0];
-  const auto primary = engine->make_batch(view, find_ray_kind("primary"), 32, 32);
+  const auto world = open(walls());
+  const View& view = world->scene().views[0];
+  const auto primary = world->make_batch(view, find_ray_kind("primary"), 32, 32);
   EXPECT_TRUE(primary->start_prims().empty());
-  EXPECT_THROW(engine->check_origins(*primary), Error);
-  engine->trace(*primary, {});
+  EXPECT_THROW(world->check_origins(*primary), Error);
+  world->trace(*primary, {});
   std::vector<std::uint32_t> want;
   for (const Hit& hit : primary->hits())
     if (hit.prim != NO_HIT) want.insert(want.end(), 3, hit.prim);
-  EXPECT_EQ(engine->make_batch(view, find_ray_kind("ao"), 32, 32, {.ao_rays = 3})->start_prims(), want);
-  EXPECT_TRUE(engine->make_batch("foreign", primary->rays(), Want::Nearest)->start_prims().empty());
-  EXPECT_THROW(make(*engine, "ao", {.constant_offset = 0}), Error);
+  EXPECT_EQ(world->make_batch(view, find_ray_kind("ao"), 32, 32, {.ao_rays = 3})->start_prims(), want);
+  EXPECT_TRUE(world->make_batch("foreign", primary->rays(), Want::Nearest)->start_prims().empty());
+  EXPECT_THROW(make(*world, "ao", {.constant_offset = 0}), Error);
   try {
-    make(*engine, "ao", {.offset = "none"});
+    make(*world, "ao", {.offset = "none"});
     ADD_FAILURE() << "policy 'none' was accepted, expected an error";
   } catch (const Error& e) {
     EXPECT_STREQ(e.what(), "no offset policy is called 'none'; there are: constant, ulp, pbrt, proved, bounded");

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <set>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 #include "tests/cpu/animated.h"
 #include "tests/cpu/random_animation.h"
 #include "tests/device/fixture.h"
@@ -22,8 +22,8 @@ class Poses : public DeviceTest {
     return scene;
   }
 
-  static EngineOptions on(std::shared_ptr<Context> gpu) {
-    EngineOptions options;
+  static DeviceSceneOptions on(std::shared_ptr<Context> gpu) {
+    DeviceSceneOptions options;
     options.context = std::move(gpu);
     options.use_cache = false;
     return options;
@@ -53,8 +53,8 @@ TEST_F(Poses, TheDeviceHasTheBitsOfTheHost) {
 TEST_F(Poses, AnimationsWithoutVertices) { DevicePoser(*gpu_, Animation{}).pose({}, {}); }
 
 // What is set on an engine, step by step, is what the host makes of the file, and rays hit what a new tree's do.
-TEST_F(Poses, AnEngineFollowsTheTime) {
-  Engine engine(dance(), on(std::make_shared<Context>(options())));
+TEST_F(Poses, ASceneFollowsTheTime) {
+  DeviceScene world(dance(), on(std::make_shared<Context>(options())));
   std::set<bool> refitted;
   for (const auto& [seconds, mode] : {std::pair(0.5, UpdateMode::Refit),
                                       {2.75, UpdateMode::Rebuild},
@@ -62,31 +62,31 @@ TEST_F(Poses, AnEngineFollowsTheTime) {
                                       {99.0, UpdateMode::Auto},
                                       {-3.0, UpdateMode::Auto}}) {
     SCOPED_TRACE(seconds);
-    engine.set_time(0, seconds, mode);
-    refitted.insert(engine.last_update().refitted);
+    world.set_time(0, seconds, mode);
+    refitted.insert(world.last_update().refitted);
     const Scene here = dance_at(seconds);
-    EXPECT_EQ(engine.scene().triangles, here.triangles);
-    EXPECT_EQ(engine.scene().normals, here.normals);
-    EXPECT_EQ(engine.scene().lights[0].position, here.lights[0].position);
-    EXPECT_EQ(engine.scene().views[1].world_from_camera, here.views[1].world_from_camera);
-    EXPECT_EQ(engine.scene().bounds.hi, here.bounds.hi);
-    Engine fresh(here, on(engine.context()));
+    EXPECT_EQ(world.scene().triangles, here.triangles);
+    EXPECT_EQ(world.scene().normals, here.normals);
+    EXPECT_EQ(world.scene().lights[0].position, here.lights[0].position);
+    EXPECT_EQ(world.scene().views[1].world_from_camera, here.views[1].world_from_camera);
+    EXPECT_EQ(world.scene().bounds.hi, here.bounds.hi);
+    DeviceScene fresh(here, on(world.context()));
     const std::vector<Ray> rays = shapes::random_rays(2000);
     std::vector<Hit> moved(rays.size()), built(rays.size());
-    engine.trace(rays, moved);
+    world.trace(rays, moved);
     fresh.trace(rays, built);
     EXPECT_EQ(std::memcmp(moved.data(), built.data(), moved.size() * sizeof(Hit)), 0);
   }
   EXPECT_EQ(refitted.size(), 2u);
-  expect_silent(*engine.context());
+  expect_silent(*world.context());
 }
 
 // The same where the tree lies on the device: triangles are posed there, and pictures follow without them here.
 TEST_F(Poses, TrianglesThatStayOnTheDevice) {
   if (!gpu_->info().float64) GTEST_SKIP() << "the device has no float64";
-  EngineOptions there = on(gpu_);
+  DeviceSceneOptions there = on(gpu_);
   there.build.builder = BuilderId::Device;
-  Engine engine(dance(), there);
+  DeviceScene world(dance(), there);
   const RenderOptions look{.width = 48, .height = 48, .shading = "eyelight", .query = {.method = "while-while"}};
   std::set<bool> refitted;
   for (const auto& [seconds, mode] : {std::pair(0.5, UpdateMode::Refit),
@@ -94,33 +94,33 @@ TEST_F(Poses, TrianglesThatStayOnTheDevice) {
                                       {1.25, UpdateMode::Refit},
                                       {99.0, UpdateMode::Auto}}) {
     SCOPED_TRACE(seconds);
-    engine.set_time(0, seconds, mode);
-    refitted.insert(engine.last_update().refitted);
+    world.set_time(0, seconds, mode);
+    refitted.insert(world.last_update().refitted);
     const Scene here = dance_at(seconds);
-    EXPECT_EQ(engine.scene_facts().bounds.lo, here.bounds.lo);
-    EXPECT_EQ(engine.scene_facts().bounds.hi, here.bounds.hi);
-    const Buffer<Triangle>& moved = engine.tracer().tree().built()->triangles();
+    EXPECT_EQ(world.scene_facts().bounds.lo, here.bounds.lo);
+    EXPECT_EQ(world.scene_facts().bounds.hi, here.bounds.hi);
+    const Buffer<Triangle>& moved = world.tracer().tree().built()->triangles();
     std::vector<Triangle> triangles(moved.size());
     moved.download(triangles);
     EXPECT_EQ(triangles, here.triangles);
-    Engine fresh(here, there);
+    DeviceScene fresh(here, there);
     const std::vector<Ray> rays = shapes::random_rays(2000);
     std::vector<Hit> found(rays.size()), wanted(rays.size());
-    engine.trace(rays, found, look.query);
+    world.trace(rays, found, look.query);
     fresh.trace(rays, wanted, look.query);
     EXPECT_EQ(std::memcmp(found.data(), wanted.data(), found.size() * sizeof(Hit)), 0);
-    const Image a = engine.render(here.views[0], look), b = fresh.render(here.views[0], look);
+    const Image a = world.render(here.views[0], look), b = fresh.render(here.views[0], look);
     for (std::size_t c = 0; c < a.channels.size(); ++c)
       for (std::size_t i = 0; i < a.channels[c].floats.size(); ++i)
         ASSERT_NEAR(a.channels[c].floats[i], b.channels[c].floats[i], 1e-5) << a.channels[c].name << " " << i;
     if (mode == UpdateMode::Rebuild) continue;  // is posed on, without having been here
-    EXPECT_EQ(engine.scene().triangles, here.triangles);
-    EXPECT_EQ(engine.scene().normals, here.normals);
+    EXPECT_EQ(world.scene().triangles, here.triangles);
+    EXPECT_EQ(world.scene().normals, here.normals);
   }
   EXPECT_EQ(refitted.size(), 2u);
-  engine.move(dance().triangles, UpdateMode::Refit);
-  engine.set_time(0, 0.25);
-  EXPECT_EQ(engine.scene().triangles, dance_at(0.25).triangles);
+  world.move(dance().triangles, UpdateMode::Refit);
+  world.set_time(0, 0.25);
+  EXPECT_EQ(world.scene().triangles, dance_at(0.25).triangles);
 }
 
 // Parts that a clip mirrors: their corners change places, with their colours, on the device as here. One moves as a
@@ -139,43 +139,43 @@ TEST_F(Poses, MirroredPartsTurnTheirCorners) {
   b.node({{"mesh", 1}});
   const int scales = b.vec3({1, 1, 1, -1, 1, 1});
   for (const int node : {0, 1}) b.channel(node, "scale", {0, 1}, scales);
-  EngineOptions there = on(gpu_);
+  DeviceSceneOptions there = on(gpu_);
   there.build.builder = BuilderId::Device;
-  Engine engine(b.load(), there);
+  DeviceScene world(b.load(), there);
   const RenderOptions look{.width = 32, .height = 32, .shading = "albedo", .query = {.method = "while-while"}};
   for (const double seconds : {0.75, 0.25, 1.0, 0.875}) {
     SCOPED_TRACE(seconds);
-    engine.set_time(0, seconds);
+    world.set_time(0, seconds);
     Scene here = b.load();
     set_pose(here, &here.animation->clips[0], seconds);
-    const Buffer<Triangle>& moved = engine.tracer().tree().built()->triangles();
+    const Buffer<Triangle>& moved = world.tracer().tree().built()->triangles();
     std::vector<Triangle> triangles(moved.size());
     moved.download(triangles);
     EXPECT_EQ(triangles, here.triangles);
-    Engine fresh(here, there);
-    const Image a = engine.render(here.views[0], look), wanted = fresh.render(here.views[0], look);
+    DeviceScene fresh(here, there);
+    const Image a = world.render(here.views[0], look), wanted = fresh.render(here.views[0], look);
     for (std::size_t c = 0; c < a.channels.size(); ++c)
       for (std::size_t i = 0; i < a.channels[c].floats.size(); ++i)
         ASSERT_NEAR(a.channels[c].floats[i], wanted.channels[c].floats[i], 1e-5) << a.channels[c].name << " " << i;
-    EXPECT_EQ(engine.scene().normals, here.normals);
-    EXPECT_EQ(engine.scene().colors, here.colors);
-    EXPECT_EQ(engine.scene().turned, here.turned);
+    EXPECT_EQ(world.scene().normals, here.normals);
+    EXPECT_EQ(world.scene().colors, here.colors);
+    EXPECT_EQ(world.scene().turned, here.turned);
   }
 }
 
 TEST_F(Poses, WrongTimesLeaveTheSceneAsItWas) {
-  Engine engine(dance(), on(std::make_shared<Context>(options())));
-  const std::vector<Triangle> rest = engine.scene().triangles;
+  DeviceScene world(dance(), on(std::make_shared<Context>(options())));
+  const std::vector<Triangle> rest = world.scene().triangles;
   for (const auto& [clip, seconds] : {std::pair(std::size_t{2}, 0.0), {0u, std::nan("")}, {0u, HUGE_VAL}}) {
     try {
-      engine.set_time(clip, seconds);
+      world.set_time(clip, seconds);
       FAIL();
     } catch (const Error& e) {
       EXPECT_EQ(e.kind(), Failure::Arguments);
       EXPECT_NE(std::string_view(e.what()).find("expected"), std::string_view::npos) << e.what();
     }
   }
-  EXPECT_EQ(engine.scene().triangles, rest);
+  EXPECT_EQ(world.scene().triangles, rest);
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "engine/oracle/oracle.h"
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 #include "engine/tree/device/device_build.h"
 #include "engine/tree/host/build.h"
 #include "tests/device/fixture.h"
@@ -158,26 +158,26 @@ class LargeMesh : public TreesThere {
     return scene;
   }
 
-  static EngineOptions options_for(BuilderId builder) {
-    EngineOptions options;
+  static DeviceSceneOptions options_for(BuilderId builder) {
+    DeviceSceneOptions options;
     options.context = gpu_;
     options.build.builder = builder;
     options.use_cache = false;
     return options;
   }
 
-  static std::vector<Hit> hits_of(Engine& engine) {
+  static std::vector<Hit> hits_of(DeviceScene& world) {
     std::vector<Ray> rays = shapes::random_rays(600);
     for (std::size_t i = 0; i < rays.size(); i += 2)
       rays[i] = {{rays[i].origin.x, 5, rays[i].origin.z}, 0, {0, -1, 0}, 99};
     std::vector<Hit> hits(rays.size());
-    engine.trace(rays, hits, {});
+    world.trace(rays, hits, {});
     return hits;
   }
 
-  static void move(Engine& engine, const MovedVertices& mesh, UpdateMode mode) {
+  static void move(DeviceScene& world, const MovedVertices& mesh, UpdateMode mode) {
     SceneChange change{.vertices = std::span(&mesh, 1)};
-    engine.commit(change, mode);
+    world.commit(change, mode);
   }
 
   static std::vector<glm::vec3> vertices_of(const Triangles& triangles) {
@@ -189,10 +189,10 @@ class LargeMesh : public TreesThere {
 
 TEST_F(LargeMesh, FollowsItsVerticesOnTheDevice) {
   if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
-  Engine engine(scene_of(grid(0)), options_for(BuilderId::Device));
-  ASSERT_TRUE(engine.tracer().tree().built(0));
-  EXPECT_FALSE(engine.tracer().tree().built(1));
-  const std::vector<Hit> at_first = hits_of(engine);
+  DeviceScene world(scene_of(grid(0)), options_for(BuilderId::Device));
+  ASSERT_TRUE(world.tracer().tree().built(0));
+  EXPECT_FALSE(world.tracer().tree().built(1));
+  const std::vector<Hit> at_first = hits_of(world);
   std::vector<std::uint32_t> turned_round(3 * grid(0).size());
   for (std::size_t i = 0; i < turned_round.size(); ++i) turned_round[i] = std::uint32_t(turned_round.size() - 1 - i);
   for (const UpdateMode mode : {UpdateMode::Refit, UpdateMode::Rebuild}) {
@@ -200,50 +200,50 @@ TEST_F(LargeMesh, FollowsItsVerticesOnTheDevice) {
     const Triangles moved = grid(mode == UpdateMode::Refit ? 1 : 2);
     std::vector<glm::vec3> positions = vertices_of(moved);
     std::ranges::reverse(positions);
-    move(engine, {0, moved.size(), turned_round, positions}, mode);
-    EXPECT_EQ(engine.last_update().refitted, mode == UpdateMode::Refit);
-    Engine fresh(scene_of(moved), options_for(BuilderId::Balanced));
-    EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
-    EXPECT_EQ(engine.forest()->meshes()[0].extents.largest_triangle,
+    move(world, {0, moved.size(), turned_round, positions}, mode);
+    EXPECT_EQ(world.last_update().refitted, mode == UpdateMode::Refit);
+    DeviceScene fresh(scene_of(moved), options_for(BuilderId::Balanced));
+    EXPECT_EQ(count_different(hits_of(fresh), hits_of(world)), 0u);
+    EXPECT_EQ(world.forest()->meshes()[0].extents.largest_triangle,
               fresh.forest()->meshes()[0].extents.largest_triangle);
-    EXPECT_EQ(engine.triangle(17), moved[17]);
-    const auto batch = engine.make_batch("rays", shapes::random_rays(200), Want::Nearest);
-    const ExactTruth truth = engine.checker().exact_truth(*batch);  // of nodes that are read back
-    EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
-    EXPECT_EQ(engine.checker().verify(*batch, truth, {.method = "while-while"}).beyond_bound, 0u);
+    EXPECT_EQ(world.triangle(17), moved[17]);
+    const auto batch = world.make_batch("rays", shapes::random_rays(200), Want::Nearest);
+    const ExactTruth truth = world.checker().exact_truth(*batch);  // of nodes that are read back
+    EXPECT_EQ(count_different(hits_of(fresh), hits_of(world)), 0u);
+    EXPECT_EQ(world.checker().verify(*batch, truth, {.method = "while-while"}).beyond_bound, 0u);
     EXPECT_GT(std::ranges::count_if(truth.hits, [](const ExactHit& hit) { return hit.prim != NO_HIT; }), 20);
-    SceneChange places{.transforms = engine.forest()->transforms()};
-    engine.commit(places);
-    EXPECT_EQ(engine.scene().triangles, fresh.scene().triangles);
-    EXPECT_EQ(engine.scene().bounds.lo, fresh.scene().bounds.lo);
+    SceneChange places{.transforms = world.forest()->transforms()};
+    world.commit(places);
+    EXPECT_EQ(world.scene().triangles, fresh.scene().triangles);
+    EXPECT_EQ(world.scene().bounds.lo, fresh.scene().bounds.lo);
   }
-  move(engine, {0, grid(0).size(), {}, vertices_of(grid(0))}, UpdateMode::Auto);
-  EXPECT_EQ(count_different(at_first, hits_of(engine)), 0u);
+  move(world, {0, grid(0).size(), {}, vertices_of(grid(0))}, UpdateMode::Auto);
+  EXPECT_EQ(count_different(at_first, hits_of(world)), 0u);
 }
 
 TEST_F(LargeMesh, StaysAsItWasAfterAnError) {
   if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
   const Triangles start = grid(0);
-  Engine engine(scene_of(start), options_for(BuilderId::Device));
+  DeviceScene world(scene_of(start), options_for(BuilderId::Device));
   std::vector<glm::vec3> positions = vertices_of(start);
-  const std::vector<Hit> before = hits_of(engine);
+  const std::vector<Hit> before = hits_of(world);
   for (const float bad : {NAN, INFINITY, -2e12f}) {
     positions[5].z = bad;
-    EXPECT_THROW(move(engine, {0, start.size(), {}, positions}, UpdateMode::Refit), Error) << bad;
-    EXPECT_EQ(count_different(before, hits_of(engine)), 0u) << bad;
+    EXPECT_THROW(move(world, {0, start.size(), {}, positions}, UpdateMode::Refit), Error) << bad;
+    EXPECT_EQ(count_different(before, hits_of(world)), 0u) << bad;
   }
   positions[5].z = 5e9f;  // an instance that is scaled leaves the range
   for (const bool top_there : {false, true})
     for (const UpdateMode mode : {UpdateMode::Refit, UpdateMode::Rebuild}) {
-      engine.tracer().tree().set_moves_on_device(top_there);
-      EXPECT_THROW(move(engine, {0, start.size(), {}, positions}, mode), Error);
-      EXPECT_EQ(count_different(before, hits_of(engine)), 0u) << int(mode);
-      EXPECT_EQ(engine.scene().triangles[1], start[1]);
+      world.tracer().tree().set_moves_on_device(top_there);
+      EXPECT_THROW(move(world, {0, start.size(), {}, positions}, mode), Error);
+      EXPECT_EQ(count_different(before, hits_of(world)), 0u) << int(mode);
+      EXPECT_EQ(world.scene().triangles[1], start[1]);
     }
   const Triangles moved = grid(3);
-  move(engine, {0, moved.size(), {}, vertices_of(moved)}, UpdateMode::Refit);
-  Engine fresh(scene_of(moved), options_for(BuilderId::Balanced));
-  EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
+  move(world, {0, moved.size(), {}, vertices_of(moved)}, UpdateMode::Refit);
+  DeviceScene fresh(scene_of(moved), options_for(BuilderId::Balanced));
+  EXPECT_EQ(count_different(hits_of(fresh), hits_of(world)), 0u);
 }
 
 // One mesh of a tree that holds several, beside instances.
@@ -261,8 +261,8 @@ TEST_F(LargeMesh, MayShareItsTree) {
   };
   const Triangles start = grid(0);
   Triangles now = start;
-  Engine engine(shared_scene(start), options_for(BuilderId::Device));
-  ASSERT_EQ(engine.forest()->meshes().size(), 2u);
+  DeviceScene world(shared_scene(start), options_for(BuilderId::Device));
+  ASSERT_EQ(world.forest()->meshes().size(), 2u);
   const std::size_t parts[][2] = {{start.size() / 3, start.size()}, {0, start.size() / 3}};
   for (const auto& [first, end] : parts) {
     const Triangles other = grid(float(end));
@@ -270,13 +270,13 @@ TEST_F(LargeMesh, MayShareItsTree) {
               now.begin() + std::ptrdiff_t(first));
     const std::vector<glm::vec3> positions =
         vertices_of({now.begin() + std::ptrdiff_t(first), now.begin() + std::ptrdiff_t(end)});
-    move(engine, {first, end - first, {}, positions}, UpdateMode::Refit);
-    Engine fresh(shared_scene(now), options_for(BuilderId::Balanced));
-    EXPECT_EQ(count_different(hits_of(fresh), hits_of(engine)), 0u);
-    const MeshExtents &found = engine.forest()->meshes()[0].extents, &truth = fresh.forest()->meshes()[0].extents;
+    move(world, {first, end - first, {}, positions}, UpdateMode::Refit);
+    DeviceScene fresh(shared_scene(now), options_for(BuilderId::Balanced));
+    EXPECT_EQ(count_different(hits_of(fresh), hits_of(world)), 0u);
+    const MeshExtents &found = world.forest()->meshes()[0].extents, &truth = fresh.forest()->meshes()[0].extents;
     EXPECT_EQ(found.largest_triangle, truth.largest_triangle);
     EXPECT_EQ(found.bounds.hi, truth.bounds.hi);
-    EXPECT_EQ(engine.scene().triangles, fresh.scene().triangles);
+    EXPECT_EQ(world.scene().triangles, fresh.scene().triangles);
   }
 }
 
@@ -284,17 +284,17 @@ TEST_F(LargeMesh, MayShareItsTree) {
 TEST_F(LargeMesh, MayVanish) {
   if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
   const Triangles start = grid(0);
-  Engine engine(scene_of(start), options_for(BuilderId::Device));
-  const std::vector<Hit> before = hits_of(engine);
+  DeviceScene world(scene_of(start), options_for(BuilderId::Device));
+  const std::vector<Hit> before = hits_of(world);
   const std::vector<glm::vec3> positions(3 * start.size(), glm::vec3(0.5f));
-  move(engine, {0, start.size(), {}, positions}, UpdateMode::Refit);
-  EXPECT_TRUE(engine.forest()->meshes()[0].extents.empty);
-  for (const Hit& hit : hits_of(engine)) {
+  move(world, {0, start.size(), {}, positions}, UpdateMode::Refit);
+  EXPECT_TRUE(world.forest()->meshes()[0].extents.empty);
+  for (const Hit& hit : hits_of(world)) {
     if (hit.prim == NO_HIT) continue;
-    EXPECT_EQ(engine.forest()->place_of(hit.prim).instance, 1u);
+    EXPECT_EQ(world.forest()->place_of(hit.prim).instance, 1u);
   }
-  move(engine, {0, start.size(), {}, vertices_of(start)}, UpdateMode::Refit);
-  EXPECT_EQ(count_different(before, hits_of(engine)), 0u);
+  move(world, {0, start.size(), {}, vertices_of(start)}, UpdateMode::Refit);
+  EXPECT_EQ(count_different(before, hits_of(world)), 0u);
 }
 
 }  // namespace

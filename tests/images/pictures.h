@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::test {
 
@@ -36,25 +36,25 @@ struct Picture {
   }
 };
 
-inline EngineOptions with_validation() {
-  EngineOptions options;
+inline DeviceSceneOptions with_validation() {
+  DeviceSceneOptions options;
   options.validate = true;
   options.use_cache = false;
   return options;
 }
 
 /// Renders a view and expects that the validation layers report nothing.
-inline Picture render(Engine& engine, const View& view, const RenderOptions& options) {
+inline Picture render(DeviceScene& world, const View& view, const RenderOptions& options) {
   Picture picture;
-  picture.image = engine.render(view, options, &picture.times);
-  EXPECT_TRUE(engine.messages().empty()) << engine.messages().front();
+  picture.image = world.render(view, options, &picture.times);
+  EXPECT_TRUE(world.messages().empty()) << world.messages().front();
   return picture;
 }
 
 /// Renders the first view of a scene in an engine of its own.
 inline Picture render(Scene scene, const RenderOptions& options) {
-  Engine engine(std::move(scene), with_validation());
-  return render(engine, engine.scene().views.front(), options);
+  DeviceScene world(std::move(scene), with_validation());
+  return render(world, world.scene().views.front(), options);
 }
 
 /// Returns a perspective view from `eye` that looks along -z, turned by `turn`.

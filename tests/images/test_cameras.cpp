@@ -41,45 +41,45 @@ void expect_moved_square(const Picture& p, const View& view) {
 }
 
 TEST(Cameras, BothKindsOfAGltfFileByEveryShading) {
-  Engine engine(two_cameras(), with_validation());
-  EXPECT_TRUE(engine.features().perspective && engine.features().orthographic);
+  DeviceScene world(two_cameras(), with_validation());
+  EXPECT_TRUE(world.features().perspective && world.features().orthographic);
   for (const char* shading : {"eyelight", "normals", "heat", "ao", "whitted", "path"})
-    for (const View& view : engine.scene().views) {
+    for (const View& view : world.scene().views) {
       SCOPED_TRACE(fmt::format("{} {}", shading, view.name));
-      expect_moved_square(render(engine, view, {.width = 37, .height = 29, .shading = shading}), view);
+      expect_moved_square(render(world, view, {.width = 37, .height = 29, .shading = shading}), view);
     }
 }
 
 // A view that is not part of the scene, such as a window's, may use a camera kind that the scene lacks.
 TEST(Cameras, AViewOfTheKindThatTheSceneLacks) {
-  Engine engine(two_cameras(false), with_validation());
-  EXPECT_FALSE(engine.features().perspective);
-  View view = engine.scene().views[0];
+  DeviceScene world(two_cameras(false), with_validation());
+  EXPECT_FALSE(world.features().perspective);
+  View view = world.scene().views[0];
   for (const bool orthographic : {true, false, true}) {
     view.orthographic = orthographic;
     for (const char* shading : {"eyelight", "ao"})
-      expect_moved_square(render(engine, view, {.width = 33, .height = 31, .shading = shading}), view);
+      expect_moved_square(render(world, view, {.width = 33, .height = 31, .shading = shading}), view);
     LiveOptions live;
     live.width = 33, live.height = 31;
-    const LiveTimes times = engine.live().add_sample(view, live);
+    const LiveTimes times = world.live().add_sample(view, live);
     EXPECT_EQ(times.rays, 33u * 31u);
     for (const auto& [x, y] : {std::pair(16u, 15u), std::pair(0u, 15u), std::pair(32u, 0u)}) {
-      const Picture p = render(engine, view, {.width = 33, .height = 31});
-      EXPECT_EQ(engine.live().probe(view, live, x, y, false).hit.prim, p.prim(x, y)) << x << ", " << y;
+      const Picture p = render(world, view, {.width = 33, .height = 31});
+      EXPECT_EQ(world.live().probe(view, live, x, y, false).hit.prim, p.prim(x, y)) << x << ", " << y;
     }
   }
-  EXPECT_TRUE(engine.messages().empty());
+  EXPECT_TRUE(world.messages().empty());
 }
 
 // Kernels for both camera kinds generate the same rays, bit for bit, as kernels for one kind.
 TEST(Cameras, KernelsForBothKindsMakeTheSameRays) {
-  Engine engine(two_cameras(), with_validation());
-  for (const View& view : engine.scene().views)
+  DeviceScene world(two_cameras(), with_validation());
+  for (const View& view : world.scene().views)
     for (const char* shading : {"eyelight", "normals", "ao"}) {
       RenderOptions options{.width = 24, .height = 17, .spp = 3, .shading = shading};
-      const Picture own = render(engine, view, options);
+      const Picture own = render(world, view, options);
       options.every_feature = true;
-      const Picture every = render(engine, view, options);
+      const Picture every = render(world, view, options);
       for (const char* name : {"Z", "A", "R"})
         EXPECT_EQ(own.image.channel(name).floats, every.image.channel(name).floats) << shading << " " << name;
       EXPECT_EQ(own.image.channel("prim").uints, every.image.channel("prim").uints) << shading;
@@ -88,22 +88,22 @@ TEST(Cameras, KernelsForBothKindsMakeTheSameRays) {
 
 // Every ray kind of the benchmark can also start from the hits of an orthographic camera.
 TEST(Cameras, RayKindsOfAnOrthographicView) {
-  Engine engine(two_cameras(), with_validation());
-  const View& plan = find_view(engine.scene(), "plan");
-  const Picture p = render(engine, plan, {.width = 40, .height = 40});
+  DeviceScene world(two_cameras(), with_validation());
+  const View& plan = find_view(world.scene(), "plan");
+  const Picture p = render(world, plan, {.width = 40, .height = 40});
   const auto& prims = p.image.channel("prim").uints;
   const std::size_t seen = std::size_t(std::ranges::count_if(prims, [](std::uint32_t prim) { return prim != NO_HIT; }));
   for (const RayKind& kind : kRayKinds) {
-    const auto batch = engine.make_batch(plan, kind, 40, 40, {.ao_rays = 1});
+    const auto batch = world.make_batch(plan, kind, 40, 40, {.ao_rays = 1});
     EXPECT_EQ(batch->count(), kind.from_camera() ? 1600 : seen * kind.generators.size()) << kind.name;
-    EXPECT_GT(engine.frame(*batch, {}).total_ms(), 0);
+    EXPECT_GT(world.frame(*batch, {}).total_ms(), 0);
     if (!kind.from_camera()) continue;
     for (const Ray& ray : batch->rays()) {
       EXPECT_EQ(ray.dir, glm::vec3(0, 0, -1));
       EXPECT_EQ(ray.origin.z, 3);
     }
   }
-  EXPECT_TRUE(engine.messages().empty());
+  EXPECT_TRUE(world.messages().empty());
 }
 
 /// Returns the square with a texture of 32 x 32 black and white checks.
@@ -125,16 +125,16 @@ Scene checks() {
 // A pixel of an orthographic view has the same width at every distance of the surface. So a pixel that covers a quarter
 // of a check shows that check from any distance, and a pixel that covers many checks shows their mean.
 TEST(Cameras, MipMapsOfAnOrthographicViewDoNotDependOnTheDistance) {
-  Engine engine(checks(), with_validation());
+  DeviceScene world(checks(), with_validation());
   for (const double distance : {3.0, 300.0}) {
     View view = view_from({0, 0, distance});
     view.orthographic = true;
-    const Picture near = render(engine, view, {.width = 64, .height = 64});
+    const Picture near = render(world, view, {.width = 64, .height = 64});
     for (std::uint32_t i = 0; i < 64 * 64; ++i) {
       const std::uint32_t x = i % 64, y = i / 64;
       EXPECT_EQ(near.at("R", x, y), (x / 2 + y / 2) % 2 ? 1 : 0) << x << ", " << y << " from distance " << distance;
     }
-    const Picture far = render(engine, view, {.width = 4, .height = 4});
+    const Picture far = render(world, view, {.width = 4, .height = 4});
     for (std::uint32_t i = 0; i < 16; ++i) EXPECT_NEAR(far.at("R", i % 4, i / 4), 0.5, 0.01) << distance;
   }
 }

@@ -87,9 +87,9 @@ glm::dvec3 radiance(const Scene& scene, glm::dvec3 from, glm::dvec3 dir, std::mt
 TEST(CornellBox, AgreesWithAnIndependentPathTracer) {
   constexpr int kSamples = 600;
   const Scene scene = cornell_box();
-  Engine engine(scene, with_validation());
+  DeviceScene world(scene, with_validation());
   const Picture p = render(
-      engine, scene.views[0],
+      world, scene.views[0],
       {.width = kSize, .height = kSize, .spp = 1024, .shading = "path", .aovs = {"color", "variance"}, .bounces = 8});
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> uniform;

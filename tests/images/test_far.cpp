@@ -78,7 +78,7 @@ TEST(Far, PicturesAreThoseNearZero) {
     const Scene scene = room_at(kFarAway, instances);
     const glm::vec3 origin = box_origin(scene.bounds);
     ASSERT_NE(origin, glm::vec3(0));
-    Engine far(scene, with_validation()), near(brought_near(scene, origin), with_validation());
+    DeviceScene far(scene, with_validation()), near(brought_near(scene, origin), with_validation());
     for (const char* shading : {"eyelight", "ao", "whitted", "path"})
       expect_same_picture(render(far, far.scene().views[0], far_options(shading)),
                           render(near, near.scene().views[0], far_options(shading)), shading);
@@ -92,17 +92,17 @@ TEST(Far, PicturesAreThoseNearZero) {
 TEST(Far, WindowsShowWhatTheyShowNearZero) {
   const Scene scene = room_at(kFarAway, false);
   const glm::vec3 origin = box_origin(scene.bounds);
-  Engine far(scene, with_validation()), near(brought_near(scene, origin), with_validation());
+  DeviceScene far(scene, with_validation()), near(brought_near(scene, origin), with_validation());
   LiveOptions options;
   options.width = options.height = kFarSide;
   for (const char* rays : {"primary", "ao", "shadow"}) {
     options.rays = rays;
     std::vector<std::uint32_t> shown[2];
-    for (Engine* engine : {&far, &near}) {
-      engine->live().add_sample(engine->scene().views[0], options);
-      std::vector<std::uint32_t>& pixels = shown[engine == &far];
+    for (DeviceScene* world : {&far, &near}) {
+      world->live().add_sample(world->scene().views[0], options);
+      std::vector<std::uint32_t>& pixels = shown[world == &far];
       pixels.resize(kFarSide * kFarSide);
-      engine->live().pixels().download(pixels);
+      world->live().pixels().download(pixels);
     }
     EXPECT_EQ(shown[0], shown[1]) << rays;
   }
@@ -117,23 +117,23 @@ TEST(Far, WindowsShowWhatTheyShowNearZero) {
 // lies, before and after.
 TEST(Far, PicturesFollowWhatMoves) {
   const Scene far = room_at(kFarAway, false), near = room_at({}, false);
-  Engine engine(near, with_validation()), fresh(far, with_validation());
-  const Picture first = render(engine, near.views[0], far_options("path"));
-  engine.move(far.triangles);
+  DeviceScene world(near, with_validation()), fresh(far, with_validation());
+  const Picture first = render(world, near.views[0], far_options("path"));
+  world.move(far.triangles);
   const Ray ray{kFarAway, 0, {0.3f, -1, 0.2f}, 1e30f};
   Hit before{}, after{}, expected{};
-  engine.trace({&ray, 1}, {&before, 1});
+  world.trace({&ray, 1}, {&before, 1});
   fresh.trace({&ray, 1}, {&expected, 1});
   Scene lit = far;  // move() leaves the lights where they were
   lit.lights = near.lights;
-  Engine moved(lit, with_validation());
-  expect_same_picture(render(engine, far.views[0], far_options("path")),
+  DeviceScene moved(lit, with_validation());
+  expect_same_picture(render(world, far.views[0], far_options("path")),
                       render(moved, far.views[0], far_options("path")), "moved");
-  engine.trace({&ray, 1}, {&after, 1});
+  world.trace({&ray, 1}, {&after, 1});
   for (const Hit& hit : {before, after}) EXPECT_TRUE(hit.prim == expected.prim && hit.t == expected.t);
   EXPECT_NE(before.prim, NO_HIT);
-  engine.move(near.triangles);
-  expect_same_picture(render(engine, near.views[0], far_options("path")), first, "and back");
+  world.move(near.triangles);
+  expect_same_picture(render(world, near.views[0], far_options("path")), first, "and back");
 }
 
 // Every wall emits 0.5 and reflects half, so the radiance is 1, to the bound that holds near zero
@@ -180,12 +180,12 @@ TEST(Far, ClosedRoomInAHugeScene) {
 // What no copy near zero can mend is said.
 TEST(Far, SmallTrianglesInHugeScenesAreSaid) {
   Scene scene = room_at(kFarAway, false);
-  EXPECT_EQ(Engine(scene, with_validation()).picture_note(), "");
-  EXPECT_EQ(Engine(square_scene(), with_validation()).picture_note(), "");
+  EXPECT_EQ(DeviceScene(scene, with_validation()).picture_note(), "");
+  EXPECT_EQ(DeviceScene(square_scene(), with_validation()).picture_note(), "");
   scene.triangles.push_back({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}});
   scene.material_of.push_back(0);
   finish_scene(scene);
-  const std::string note = Engine(scene, with_validation()).picture_note();
+  const std::string note = DeviceScene(scene, with_validation()).picture_note();
   EXPECT_TRUE(note.starts_with("270 of 270 triangles are smaller than 3.05, and the scene reaches 2e+05")) << note;
 }
 

@@ -322,22 +322,22 @@ TEST(Features, BuffersAndDispatchesFollowFromTheScene) {
     c.change(scene);
     finish_scene(scene);
     const std::uint64_t own = scene.triangles.size() * 48 + scene.materials.size() * sizeof(GpuMaterial);
-    EngineOptions options = with_validation();
+    DeviceSceneOptions options = with_validation();
     options.context = context;
-    Engine engine(std::move(scene), options);
-    context = engine.context();
+    DeviceScene world(std::move(scene), options);
+    context = world.context();
     const Picture p =
-        render(engine, engine.scene().views[0], {.width = 8, .height = 8, .shading = "whitted", .bounces = 1});
+        render(world, world.scene().views[0], {.width = 8, .height = 8, .shading = "whitted", .bounces = 1});
     std::string names;
     for (const PassTime& t : p.times.passes.all()) names += t.name + ",";
-    const bool made = engine.tracer().makes_rays() && !c.alpha;  // true if the traversal generates the camera rays
+    const bool made = world.tracer().makes_rays() && !c.alpha;  // true if the traversal generates the camera rays
     EXPECT_EQ(made ? "begin," + names : names, c.passes);
-    std::uint64_t bytes = engine.render_bytes() - own;
-    const bool more_waves = engine.features().glossy;
+    std::uint64_t bytes = world.render_bytes() - own;
+    const bool more_waves = world.features().glossy;
     if (!plain) plain = bytes;
     const std::uint64_t shadow = c.shadow ? 64 * (sizeof(Ray) + sizeof(Hit) + sizeof(ShadowPayload)) : 0;
     std::uint64_t alpha = c.alpha ? 2 * 64 * (sizeof(Ray) + sizeof(Hit) + 4) : 0;
-    if (c.alpha && engine.tracer().makes_rays())
+    if (c.alpha && world.tracer().makes_rays())
       alpha -= sizeof(PrimaryPush);  // the camera, which only kernels that generate rays need
     if (more_waves)
       EXPECT_GT(bytes, *plain + c.scene_bytes);
@@ -361,11 +361,11 @@ TEST(Features, EveryFeatureTracesTheSameRays) {
       if (has("lamp")) scene.lights.push_back({.position = {1, 2, 2}, .intensity = glm::vec3(3)});
       if (has("sky")) scene.sky = make_sky("gradient");
       finish_scene(scene);
-      Engine engine(std::move(scene), with_validation());
+      DeviceScene world(std::move(scene), with_validation());
       RenderOptions options{.width = 16, .height = 16, .spp = 4, .shading = shading};
-      const Picture own = render(engine, engine.scene().views[0], options);
+      const Picture own = render(world, world.scene().views[0], options);
       options.every_feature = true;
-      const Picture every = render(engine, engine.scene().views[0], options);
+      const Picture every = render(world, world.scene().views[0], options);
       EXPECT_EQ(own.times.rays, every.times.rays);
       for (const char* name : {"R", "G", "B"})
         for (std::size_t i = 0; i < 256; ++i)
@@ -376,9 +376,9 @@ TEST(Features, EveryFeatureTracesTheSameRays) {
 
 TEST(Features, AmbientOcclusionAsksForNoMaterial) {
   const auto bytes = [](Scene scene) {
-    Engine engine(std::move(scene), with_validation());
-    render(engine, engine.scene().views[0], {.width = 8, .height = 8, .shading = "ao"});
-    return engine.render_bytes();
+    DeviceScene world(std::move(scene), with_validation());
+    render(world, world.scene().views[0], {.width = 8, .height = 8, .shading = "ao"});
+    return world.render_bytes();
   };
   Scene rich = square_scene();
   rich.materials[0].emissive = glm::vec3(1);

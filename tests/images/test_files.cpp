@@ -38,20 +38,20 @@ std::pair<glm::dvec3, glm::dvec3> eye_ray(const View& view, std::uint32_t x, std
 }
 
 TEST(Files, EveryAttribute) {
-  Engine engine(square_scene(), with_validation());
+  DeviceScene world(square_scene(), with_validation());
   RenderOptions options{.width = 8, .height = 8, .spp = 3};
   options.query.method = "packet";
   options.query.knobs = {{"vote", "any"}};
-  const Picture p = render(engine, engine.scene().views[0], options);
+  const Picture p = render(world, world.scene().views[0], options);
   const auto& all = p.image.attributes;
   EXPECT_EQ(std::get<std::string>(all.at("scene")), "square");
   EXPECT_EQ(std::get<std::string>(all.at("view")), "test");
   EXPECT_TRUE(std::get<std::string>(all.at("method")).starts_with("packet "));
   EXPECT_NE(std::get<std::string>(all.at("method")).find("vote=any"), std::string::npos);
   EXPECT_EQ(std::get<std::string>(all.at("numeric")), "watertight");
-  EXPECT_EQ(std::get<std::string>(all.at("device")), engine.device().name);
-  EXPECT_EQ(std::get<std::string>(all.at("driver")), engine.device().driver);
-  EXPECT_EQ(std::get<int>(all.at("subgroup_size")), int(engine.device().subgroup_size));
+  EXPECT_EQ(std::get<std::string>(all.at("device")), world.device().name);
+  EXPECT_EQ(std::get<std::string>(all.at("driver")), world.device().driver);
+  EXPECT_EQ(std::get<int>(all.at("subgroup_size")), int(world.device().subgroup_size));
   EXPECT_EQ(std::get<int>(all.at("spp")), 3);
   EXPECT_GT(std::get<float>(all.at("seconds")), 0);
   EXPECT_FALSE(std::get<std::string>(all.at("commit")).empty());

@@ -87,10 +87,10 @@ TEST(Furnace, RimsOfSmoothSpheres) {
 TEST(Furnace, EveryFeatureShowsTheSame) {
   RenderOptions options = path_options(12, 2);
   options.aovs = {"color"};
-  Engine engine(sphere_of({.name = "paint", .base_color = {1, 0.5f, 0.25f}}), with_validation());
-  const Picture own = render(engine, engine.scene().views[0], options);
+  DeviceScene world(sphere_of({.name = "paint", .base_color = {1, 0.5f, 0.25f}}), with_validation());
+  const Picture own = render(world, world.scene().views[0], options);
   options.every_feature = true;
-  const Picture every = render(engine, engine.scene().views[0], options);
+  const Picture every = render(world, world.scene().views[0], options);
   for (const char* name : {"R", "G", "B"})
     for (std::size_t i = 0; i < 144; ++i)
       EXPECT_NEAR(own.image.channel(name).floats[i], every.image.channel(name).floats[i], 1e-3f) << name << " " << i;
@@ -108,10 +108,10 @@ TEST(Furnace, ClosedRoomThatShines) {
   for (Triangle t : shapes::sphere(1)) scene.triangles.push_back(t);
   scene.views.push_back(view_from({0, 0, 0.2}));
   finish_scene(scene);
-  Engine engine(std::move(scene), with_validation());
+  DeviceScene world(std::move(scene), with_validation());
   RenderOptions options = path_options(16, 64);
   options.bounces = 32;
-  const Mean mean = mean_of(render(engine, engine.scene().views[0], options));
+  const Mean mean = mean_of(render(world, world.scene().views[0], options));
   EXPECT_NEAR(mean.value.g, 1, 4 * mean.error.g + 2e-3);
   EXPECT_LT(mean.error.g, 0.01);
 }
@@ -223,7 +223,7 @@ TEST(Whitted, GlassSlabObeysSnellAndFresnel) {
   scene.views.push_back(view_from({0, 0, 2}));
   scene.views[0].yfov = 2 * std::atan(0.15);  // the picture is 9.6 times as wide as high
   finish_scene(scene);
-  Engine engine(std::move(scene), with_validation());
+  DeviceScene world(std::move(scene), with_validation());
   for (const char* shading : {"whitted", "path"}) {
     SCOPED_TRACE(shading);
     const std::uint32_t spp = shading == std::string("path") ? 64 : 1;
@@ -232,12 +232,12 @@ TEST(Whitted, GlassSlabObeysSnellAndFresnel) {
     std::map<std::uint32_t, glm::dvec3> sums;
     for (std::uint32_t seed = 0; seed < spp; ++seed) {
       options.seed = seed;
-      const Picture p = render(engine, engine.scene().views[0], options);
+      const Picture p = render(world, world.scene().views[0], options);
       for (std::uint32_t x = 0; x < 48; ++x) sums[x] += glm::dvec3(p.color(x, 2)) / double(spp);
     }
     std::size_t seen = 0;
     for (std::uint32_t x = 0; x < 48; ++x) {
-      const glm::dvec2 at = plane_point(engine.scene().views[0], x + 0.5, 2.5, 48, 5);
+      const glm::dvec2 at = plane_point(world.scene().views[0], x + 0.5, 2.5, 48, 5);
       const double sine = std::abs(at.x) / std::sqrt(1 + at.x * at.x), inner = sine / n;
       const double tangent = inner / std::sqrt(1 - inner * inner) * (at.x < 0 ? -1 : 1);
       glm::vec3 light;
@@ -272,10 +272,10 @@ TEST(Alpha, BlendedAndMaskedSheets) {
     finish_scene(scene);
     return scene;
   };
-  Engine engine(sheet_over(Alpha::Blend, 0.25f), with_validation());
+  DeviceScene world(sheet_over(Alpha::Blend, 0.25f), with_validation());
   const auto mean = [&](std::size_t view, const char* shading) {
     const Picture p =
-        render(engine, engine.scene().views[view], {.width = 16, .height = 16, .spp = 64, .shading = shading});
+        render(world, world.scene().views[view], {.width = 16, .height = 16, .spp = 64, .shading = shading});
     glm::dvec3 sum(0);
     for (std::uint32_t i = 0; i < 256; ++i) sum += glm::dvec3(p.color(i % 16, i / 16)) / 256.0;
     return sum;
@@ -283,7 +283,7 @@ TEST(Alpha, BlendedAndMaskedSheets) {
   const glm::dvec3 eye = mean(0, "eyelight");
   EXPECT_NEAR(eye.r / (eye.r + eye.g), 0.25, 0.02);
   EXPECT_NEAR(mean(1, "whitted").g, 0.75, 0.02);  // the wall in the sheet's shadow
-  Engine masked(sheet_over(Alpha::Mask, 0.25f), with_validation());
+  DeviceScene masked(sheet_over(Alpha::Mask, 0.25f), with_validation());
   const Picture p = render(masked, masked.scene().views[0], {.width = 8, .height = 8, .shading = "whitted"});
   EXPECT_NEAR(p.at("G", 4, 4), 1, 2e-3);
   EXPECT_EQ(p.at("R", 4, 4), 0);
@@ -304,10 +304,10 @@ TEST(Textures, ShowWhereTheirCoordinatesSay) {
   const auto uv = [](const glm::vec3& v) { return glm::vec2((v.x + 1) / 2, (1 - v.y) / 2); };
   for (const Triangle& t : scene.triangles) scene.uvs[1].push_back({uv(t[0]), uv(t[1]), uv(t[2])});
   finish_scene(scene);
-  Engine engine(std::move(scene), with_validation());
-  View view = engine.scene().views[0];
+  DeviceScene world(std::move(scene), with_validation());
+  View view = world.scene().views[0];
   view.orthographic = true;
-  const Picture p = render(engine, view, {.width = 8, .height = 8});
+  const Picture p = render(world, view, {.width = 8, .height = 8});
   EXPECT_EQ(p.color(1, 1), glm::vec3(1, 0, 0));
   EXPECT_EQ(p.color(6, 1), glm::vec3(0, 1, 0));
   EXPECT_EQ(p.color(1, 6), glm::vec3(0, 0, 1));

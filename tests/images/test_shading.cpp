@@ -69,12 +69,12 @@ TEST(Shading, EmissionIsAddedAndKeepsItsRange) {
   add_rectangle(scene, {-1, -1}, {1, 1}, 0);
   scene.views.push_back(view_from({0, 0, 3}));
   finish_scene(scene);
-  Engine engine(std::move(scene), with_validation());
+  DeviceScene world(std::move(scene), with_validation());
   for (const std::uint32_t spp : {1u, 8u}) {
-    View view = engine.scene().views[0];
+    View view = world.scene().views[0];
     view.orthographic = true;
     view.ymag = 0.5;  // the square fills the picture, and the cosine is 1 everywhere
-    const Picture p = render(engine, view, {.width = 5, .height = 5, .spp = spp});
+    const Picture p = render(world, view, {.width = 5, .height = 5, .spp = spp});
     EXPECT_LT(glm::length(p.color(2, 2) - glm::vec3(0.75f, 3, 4096)), 1e-3f) << spp;
   }
 }
@@ -94,12 +94,12 @@ TEST(Shading, ASceneWithoutTriangles) {
   Scene scene;
   scene.name = "nothing";
   finish_scene(scene);
-  Engine engine(std::move(scene), with_validation());
+  DeviceScene world(std::move(scene), with_validation());
   for (const Method& method : kMethods)
     for (const char* shading : {"eyelight", "normals"}) {
       RenderOptions options{.width = 40, .height = 20, .spp = 2, .shading = shading};
       options.query.method = method.name;
-      const Picture p = render(engine, engine.scene().views[0], options);
+      const Picture p = render(world, world.scene().views[0], options);
       for (const float alpha : p.image.channel("A").floats) EXPECT_EQ(alpha, 0);
       for (const std::uint32_t prim : p.image.channel("prim").uints) EXPECT_EQ(prim, NO_HIT);
     }
@@ -140,12 +140,12 @@ TEST(Shading, CodeAndBindingsOnlyForWhatIsThere) {
 }
 
 TEST(Shading, OptionsOutOfRange) {
-  Engine engine(quarters(), with_validation());
-  const View& view = engine.scene().views[0];
+  DeviceScene world(quarters(), with_validation());
+  const View& view = world.scene().views[0];
   for (const RenderOptions& bad : {RenderOptions{.width = 0}, RenderOptions{.height = 0}, RenderOptions{.width = 16385},
                                    RenderOptions{.spp = 0}, RenderOptions{.spp = 65537}, RenderOptions{.shading = "x"}})
     try {
-      engine.render(view, bad);
+      world.render(view, bad);
       ADD_FAILURE() << "expected an error, none was thrown";
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), Failure::Arguments) << error.what();

@@ -55,63 +55,64 @@ class Work {
 
   void run(std::size_t turn) {
     if (turn % 16 == 0) context_.reset();
-    if (!context_) context_ = Engine::open_device(options());
-    EngineOptions how = options();
+    if (!context_) context_ = DeviceScene::open_device(options());
+    DeviceSceneOptions how = options();
     how.context = context_;
     how.build.builder = turn % 4 == 3 ? BuilderId::Device : BuilderId::Balanced;
     const bool dances = turn % 3 == 0;
-    Engine engine(load_scene(fmt::format("{}/scenes/{}.gltf", BALLOT_SOURCE_DIR, dances ? "dance" : "cornell")), how);
-    trace(engine, turn);
-    render(engine, turn);
-    if (dances) engine.set_time(0, 0.1 * double(turn % 7));
-    if (turn % 5 == 1 && !dances) ask(engine);
-    refuse(engine);
+    DeviceScene world(load_scene(fmt::format("{}/scenes/{}.gltf", BALLOT_SOURCE_DIR, dances ? "dance" : "cornell")),
+                      how);
+    trace(world, turn);
+    render(world, turn);
+    if (dances) world.set_time(0, 0.1 * double(turn % 7));
+    if (turn % 5 == 1 && !dances) ask(world);
+    refuse(world);
     EXPECT_TRUE(context_->messages().empty()) << context_->messages().front();
   }
 
  private:
-  static EngineOptions options() {
-    EngineOptions o;
+  static DeviceSceneOptions options() {
+    DeviceSceneOptions o;
     o.validate = std::getenv("BALLOT_SOAK_VALIDATE") != nullptr;
     o.use_cache = false;
     return o;
   }
 
-  static void trace(Engine& engine, std::size_t turn) {
+  static void trace(DeviceScene& world, std::size_t turn) {
     constexpr const char* kMethods[] = {"while-while", "packet", "bvh4", "auto"};
-    const std::vector<Ray> rays = some_rays(engine.scene().bounds, 500);
+    const std::vector<Ray> rays = some_rays(world.scene().bounds, 500);
     std::vector<Hit> hits(rays.size());
-    engine.trace(rays, hits, {.want = turn % 2 ? Want::Any : Want::Nearest, .method = kMethods[turn % 4]});
-    const auto batch = engine.make_batch(engine.scene().views[0], find_ray_kind("diffuse"), 16, 16);
-    engine.trace(*batch, {.method = "while-while"});
+    world.trace(rays, hits, {.want = turn % 2 ? Want::Any : Want::Nearest, .method = kMethods[turn % 4]});
+    const auto batch = world.make_batch(world.scene().views[0], find_ray_kind("diffuse"), 16, 16);
+    world.trace(*batch, {.method = "while-while"});
   }
 
-  void render(Engine& engine, std::size_t turn) const {
+  void render(DeviceScene& world, std::size_t turn) const {
     constexpr const char* kShadings[] = {"eyelight", "path", "ao", "heat"};
     const RenderOptions o{.width = 32, .height = 32, .spp = 2, .shading = kShadings[turn % 4]};
-    const View& view = engine.scene().views[0];
-    Film film = engine.start_film(o);
+    const View& view = world.scene().views[0];
+    Film film = world.start_film(o);
     RenderTimes times;
-    engine.advance(film, view, o, 1, times);
+    world.advance(film, view, o, 1, times);
     if (film.stats.empty()) {
       const fs::path file = folder_ / "film.exr";
-      write_film(file, film, engine.made_of(view, o));
-      read_film(file, film, engine.made_of(view, o), o.spp);
+      write_film(file, film, world.made_of(view, o));
+      read_film(file, film, world.made_of(view, o), o.spp);
     }
-    engine.advance(film, view, o, 1, times);
-    write_exr(folder_ / "picture.exr", engine.picture(film, view, o, times));
+    world.advance(film, view, o, 1, times);
+    write_exr(folder_ / "picture.exr", world.picture(film, view, o, times));
     read_exr(folder_ / "picture.exr");
   }
 
   /// Points, crossings, and vertices that move.
-  static void ask(Engine& engine) {
-    const std::vector<Ray> rays = some_rays(engine.scene().bounds, 200);
+  static void ask(DeviceScene& world) {
+    const std::vector<Ray> rays = some_rays(world.scene().bounds, 200);
     std::vector<ProbePoint> points;
     for (const Ray& r : rays) points.push_back({r.origin + r.dir, INFINITY});
     std::vector<Nearest> answers(points.size());
-    engine.points().nearest(points, answers);
+    world.points().nearest(points, answers);
     std::uint64_t crossings = 0;
-    engine.rays().list(
+    world.rays().list(
         {.count = rays.size(),
          .read =
              [&](std::uint64_t first, std::span<Ray> room) {
@@ -119,20 +120,20 @@ class Work {
              }},
         [&](std::uint64_t, std::span<const std::uint32_t>, std::span<const Hit> hits) { crossings += hits.size(); });
     EXPECT_GT(crossings, 0u);
-    std::vector<Triangle> moved = engine.scene().triangles;
+    std::vector<Triangle> moved = world.scene().triangles;
     for (Triangle& t : moved)
       for (glm::vec3& v : t) v += 0.01f;
-    engine.move(std::move(moved));
+    world.move(std::move(moved));
   }
 
   /// Errors, which must not keep anything either.
-  void refuse(Engine& engine) const {
+  void refuse(DeviceScene& world) const {
     EXPECT_THROW(load_scene(folder_ / "missing.gltf"), Error);
     EXPECT_THROW(read_exr(folder_ / "missing.exr"), Error);
-    EXPECT_THROW(engine.start_film({.width = 0}), Error);
+    EXPECT_THROW(world.start_film({.width = 0}), Error);
     std::vector<Hit> none;
     const std::vector<Ray> rays(1);
-    EXPECT_THROW(engine.trace(rays, none), Error);
+    EXPECT_THROW(world.trace(rays, none), Error);
   }
 
   fs::path folder_;

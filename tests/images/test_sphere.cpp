@@ -60,17 +60,17 @@ void expect_surface(const Picture& p, const View& view, float normal_error) {
 TEST(Sphere, SilhouetteDistanceAndNormals) {
   for (const bool smooth : {false, true}) {
     SCOPED_TRACE(smooth ? "smooth" : "flat");
-    Engine engine(sphere_scene(smooth), with_validation());
-    const View& view = engine.scene().views[0];
-    const Picture p = render(engine, view, {.width = 101, .height = 77});
+    DeviceScene world(sphere_scene(smooth), with_validation());
+    const View& view = world.scene().views[0];
+    const Picture p = render(world, view, {.width = 101, .height = 77});
     expect_silhouette(p, view);
     expect_surface(p, view, smooth ? 2e-3f : 0.05f);
   }
 }
 
 TEST(Sphere, NormalsAsColour) {
-  Engine engine(sphere_scene(true), with_validation());
-  const Picture p = render(engine, engine.scene().views[0], {.width = 50, .height = 50, .shading = "normals"});
+  DeviceScene world(sphere_scene(true), with_validation());
+  const Picture p = render(world, world.scene().views[0], {.width = 50, .height = 50, .shading = "normals"});
   for (std::uint32_t y = 0; y < 50; ++y)
     for (std::uint32_t x = 0; x < 50; ++x) {
       const glm::vec3 expected = p.prim(x, y) == NO_HIT ? glm::vec3(0) : p.normal(x, y) * 0.5f + 0.5f;
@@ -106,13 +106,13 @@ TEST(Sphere, OnePictureForEveryMethodAndKnob) {
   scene.normals.resize(scene.triangles.size(), {glm::vec3(0, 0, 1), glm::vec3(0, 0, 1), glm::vec3(0, 0, 1)});
   scene.material_of.assign(scene.triangles.size(), 0);
   finish_scene(scene);
-  Engine engine(std::move(scene), with_validation());
-  const View& view = engine.scene().views[0];
+  DeviceScene world(std::move(scene), with_validation());
+  const View& view = world.scene().views[0];
   for (const NumericMode& mode : kNumericModes) {
     if (!mode.conservative) continue;
     RenderOptions options{.width = 100, .height = 50, .spp = 2};
     options.query.numeric = mode.name;
-    const Picture first = render(engine, view, options);
+    const Picture first = render(world, view, options);
     for (const Method& method : kMethods)
       for (const Knobs& knobs :
            {Knobs{}, Knobs{{"launch", "persistent"}}, Knobs{{"layout", "paper"}, {"fetch", "storage"}},
@@ -121,8 +121,8 @@ TEST(Sphere, OnePictureForEveryMethodAndKnob) {
         if (!knobs.empty() && method.name != (knobs.contains("vote") ? "packet" : kPlainestMethod)) continue;
         options.query.method = method.name;
         options.query.knobs = knobs;
-        SCOPED_TRACE(engine.tracer().variant(options.query).name());
-        expect_same(render(engine, view, options).image, first.image);
+        SCOPED_TRACE(world.tracer().variant(options.query).name());
+        expect_same(render(world, view, options).image, first.image);
       }
   }
 }

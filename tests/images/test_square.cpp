@@ -34,11 +34,11 @@ void expect_square(const Picture& p, const View& view) {
 }
 
 TEST(Square, EveryPixelAtEverySize) {
-  Engine engine(square_scene(), with_validation());
-  const View& view = engine.scene().views[0];
+  DeviceScene world(square_scene(), with_validation());
+  const View& view = world.scene().views[0];
   for (const auto& [width, height] :
        {std::pair{1u, 1u}, {33u, 7u}, {100u, 50u}, {7u, 65u}, {32u, 32u}, {64u, 96u}, {1u, 40u}}) {
-    const Picture p = render(engine, view, {.width = width, .height = height});
+    const Picture p = render(world, view, {.width = width, .height = height});
     ASSERT_EQ(p.image.width, width);
     ASSERT_EQ(p.image.height, height);
     EXPECT_EQ(p.times.rays, width * height);
@@ -47,39 +47,39 @@ TEST(Square, EveryPixelAtEverySize) {
 }
 
 TEST(Square, FieldsOfView) {
-  Engine engine(square_scene(), with_validation());
-  View view = engine.scene().views[0];
+  DeviceScene world(square_scene(), with_validation());
+  View view = world.scene().views[0];
   for (const double yfov : {0.05, 0.7, 2.5}) {
     view.yfov = yfov;
-    expect_square(render(engine, view, {.width = 45, .height = 31}), view);
+    expect_square(render(world, view, {.width = 45, .height = 31}), view);
   }
 }
 
 TEST(Square, Orthographic) {
-  Engine engine(square_scene(), with_validation());
-  View view = engine.scene().views[0];
+  DeviceScene world(square_scene(), with_validation());
+  View view = world.scene().views[0];
   view.orthographic = true;
   for (const double ymag : {0.5, 1.3, 4.0}) {
     view.ymag = ymag;
-    expect_square(render(engine, view, {.width = 61, .height = 37}), view);
+    expect_square(render(world, view, {.width = 61, .height = 37}), view);
   }
 }
 
 TEST(Square, LargerThanOneChunkOfRays) {
-  Engine engine(square_scene(), with_validation());
-  View view = engine.scene().views[0];
+  DeviceScene world(square_scene(), with_validation());
+  View view = world.scene().views[0];
   view.yfov = 0.9;  // the second chunk has edges of the square too
   const RenderOptions options{.width = 1100, .height = 1000};
-  ASSERT_TRUE(!engine.device().is_cpu() || engine.tracer().chunk_rays() < options.width * options.height);
+  ASSERT_TRUE(!world.device().is_cpu() || world.tracer().chunk_rays() < options.width * options.height);
   double done = 0;
-  const Picture p{engine.render(view, options, nullptr,
-                                [&](double share) {
-                                  EXPECT_GE(share, done);
-                                  done = share;
-                                }),
+  const Picture p{world.render(view, options, nullptr,
+                               [&](double share) {
+                                 EXPECT_GE(share, done);
+                                 done = share;
+                               }),
                   {}};
   EXPECT_EQ(done, 1);
-  EXPECT_TRUE(engine.messages().empty());
+  EXPECT_TRUE(world.messages().empty());
   expect_square(p, view);
 }
 
@@ -94,8 +94,8 @@ TEST(Square, FromBehindTheNormalTurnsToTheEye) {
 
 // Edges of the square cross pixels. The covered area of each pixel is known in closed form.
 TEST(Square, SamplesConvergeToCoverage) {
-  Engine engine(square_scene(), with_validation());
-  View view = engine.scene().views[0];
+  DeviceScene world(square_scene(), with_validation());
+  View view = world.scene().views[0];
   view.orthographic = true;
   view.ymag = 1.61;
   constexpr std::uint32_t kPictureSide = 13;
@@ -103,7 +103,7 @@ TEST(Square, SamplesConvergeToCoverage) {
     return std::max(0.0, std::min(1.0, b) - std::max(-1.0, a)) / (b - a);
   };
   const auto rms = [&](std::uint32_t spp, double* bias = nullptr) {
-    const Picture p = render(engine, view, {.width = kPictureSide, .height = kPictureSide, .spp = spp});
+    const Picture p = render(world, view, {.width = kPictureSide, .height = kPictureSide, .spp = spp});
     double sum = 0, difference = 0;
     for (std::uint32_t y = 0; y < kPictureSide; ++y)
       for (std::uint32_t x = 0; x < kPictureSide; ++x) {
@@ -127,10 +127,10 @@ TEST(Square, SamplesConvergeToCoverage) {
 }
 
 TEST(Square, TheSamePictureTwice) {
-  Engine engine(square_scene(), with_validation());
-  const View& view = engine.scene().views[0];
+  DeviceScene world(square_scene(), with_validation());
+  const View& view = world.scene().views[0];
   const RenderOptions options{.width = 40, .height = 40, .spp = 3};
-  const Picture a = render(engine, view, options), b = render(engine, view, options);
+  const Picture a = render(world, view, options), b = render(world, view, options);
   for (const char* name : {"R", "A", "Z"})
     EXPECT_EQ(a.image.channel(name).floats, b.image.channel(name).floats) << name;
 }

@@ -43,11 +43,11 @@ Scene floor_scene() {
 }
 
 TEST(StoredTriangles, PicturesAndRaysHaveTheSameBits) {
-  Engine wide(floor_scene(), with_validation());
-  EngineOptions narrow = with_validation();
-  narrow.context = Engine::open_device(narrow);
+  DeviceScene wide(floor_scene(), with_validation());
+  DeviceSceneOptions narrow = with_validation();
+  narrow.context = DeviceScene::open_device(narrow);
   narrow.context->lower_limits(1500, ~0ull);  // 512 triangles have 1536 texels
-  Engine stored(floor_scene(), narrow);
+  DeviceScene stored(floor_scene(), narrow);
   EXPECT_FALSE(wide.features().stored);
   EXPECT_TRUE(stored.features().stored);
   for (const char* shading : {"eyelight", "ao", "path"}) {

@@ -34,7 +34,9 @@ Scene veiled(Scene scene, int layers) {
 }
 
 /// True if loops run to their end on this driver, so that the host need not check the result of a dispatch.
-bool records(Engine& engine) { return engine.tracer().can_record({.method = "while-while", .rays = "primary"}, 4096); }
+bool records(DeviceScene& world) {
+  return world.tracer().can_record({.method = "while-while", .rays = "primary"}, 4096);
+}
 
 void expect_equal(const Image& a, const Image& b) {
   ASSERT_EQ(a.channels.size(), b.channels.size());
@@ -56,21 +58,21 @@ std::uint64_t rays_of(const Picture& picture, bool begun) {
 /// Returns the number of submissions of the former; 0 on GPUs, where copies to the host are submissions too, and where
 /// the driver makes the host check results.
 std::uint64_t submissions_of(Scene scene, const RenderOptions& options) {
-  Engine engine(std::move(scene), with_validation());
-  Context& gpu = *engine.context();
-  const View view = engine.scene().views.front();
+  DeviceScene world(std::move(scene), with_validation());
+  Context& gpu = *world.context();
+  const View view = world.scene().views.front();
   gpu.set_batches(false);
-  const Picture alone = render(engine, view, options);
+  const Picture alone = render(world, view, options);
   gpu.set_batches(true);
-  render(engine, view, options);  // compiles the kernels
+  render(world, view, options);  // compiles the kernels
   const std::uint64_t before = gpu.submissions();
-  const Picture together = render(engine, view, options);
+  const Picture together = render(world, view, options);
   const std::uint64_t spent = gpu.submissions() - before;
   expect_equal(alone.image, together.image);
-  const bool begun = !engine.tracer().makes_rays();
+  const bool begun = !world.tracer().makes_rays();
   EXPECT_EQ(rays_of(together, begun), rays_of(alone, begun));
   EXPECT_EQ(together.times.rays, alone.times.rays);
-  if (records(engine) && gpu.info().is_cpu()) return spent;
+  if (records(world) && gpu.info().is_cpu()) return spent;
   return 0;
 }
 
@@ -100,14 +102,14 @@ TEST(Together, RaysThatPartAreAsPassByPass) {
 // Deferred rays take most of the memory. A picture of few paths gets no further memory for them after a picture of
 // many.
 TEST(Together, RaysThatArePutOffTakeWhatTheirPictureNeeds) {
-  Engine engine(hall_scene(), with_validation());
-  const View view = engine.scene().views.front();
+  DeviceScene world(hall_scene(), with_validation());
+  const View view = world.scene().views.front();
   const RenderOptions few{.width = 24, .height = 24, .spp = 4, .shading = "whitted"};
-  const Picture before = render(engine, view, few);
-  render(engine, view, {.width = 96, .height = 96, .spp = 8, .shading = "ao"});
-  const std::uint64_t bytes = engine.render_bytes();
-  expect_equal(render(engine, view, few).image, before.image);
-  EXPECT_LT(engine.render_bytes(), bytes + (16 << 20)) << "a second wave may take 9 MB, and deferred rays nothing";
+  const Picture before = render(world, view, few);
+  render(world, view, {.width = 96, .height = 96, .spp = 8, .shading = "ao"});
+  const std::uint64_t bytes = world.render_bytes();
+  expect_equal(render(world, view, few).image, before.image);
+  EXPECT_LT(world.render_bytes(), bytes + (16 << 20)) << "a second wave may take 9 MB, and deferred rays nothing";
 }
 
 TEST(Together, RaysBehindWhatIsTransparentAreAsPassByPass) {
@@ -155,22 +157,22 @@ TEST(Together, ShadingsAndAmbientOcclusionAreAsPassByPass) {
 
 /// Renders with camera rays that the traversal reads and with rays that it generates, and expects equal pictures. With
 /// `needs_rays`, other passes read the camera rays too, so that the traversal never generates them.
-void expect_made_as_read(Engine& engine, const RenderOptions& options, bool orthographic, bool needs_rays = false) {
+void expect_made_as_read(DeviceScene& world, const RenderOptions& options, bool orthographic, bool needs_rays = false) {
   SCOPED_TRACE(fmt::format("{}, {} samples, orthographic {}", options.shading, options.spp, orthographic));
-  View view = engine.scene().views.front();
+  View view = world.scene().views.front();
   view.orthographic = orthographic;
   view.ymag = 2;
-  engine.tracer().make_rays = false;
-  const Picture read = render(engine, view, options);
+  world.tracer().make_rays = false;
+  const Picture read = render(world, view, options);
   EXPECT_GT(read.times.generate_ms, 0);
-  engine.tracer().make_rays = true;
-  const Picture made = render(engine, view, options);
-  EXPECT_EQ(made.times.generate_ms == 0, records(engine) && !needs_rays);
+  world.tracer().make_rays = true;
+  const Picture made = render(world, view, options);
+  EXPECT_EQ(made.times.generate_ms == 0, records(world) && !needs_rays);
   expect_equal(read.image, made.image);
 }
 
 TEST(Together, MadeRaysAreAsThoseThatAreRead) {
-  Engine hall(hall_scene(), with_validation());
+  DeviceScene hall(hall_scene(), with_validation());
   for (const bool orthographic : {false, true}) {
     for (const std::uint32_t spp : {1u, 3u, 20u}) expect_made_as_read(hall, small("eyelight", spp), orthographic);
     for (const Integrator& integrator : kIntegrators) {
@@ -187,8 +189,8 @@ TEST(Together, MadeRaysAreAsThoseThatAreRead) {
 }
 
 TEST(Together, RaysAreReadWhereSomethingIsTransparent) {
-  Engine engine(veiled(hall_scene(), 1), with_validation());
-  expect_made_as_read(engine, small("ao", 2), false, true);
+  DeviceScene world(veiled(hall_scene(), 1), with_validation());
+  expect_made_as_read(world, small("ao", 2), false, true);
 }
 
 // Method auto reads camera rays until it has chosen a method. For the parts that follow, the traversal generates them.
@@ -196,24 +198,24 @@ TEST(Together, RaysAreReadForTrialsAndThenMade) {
   RenderOptions options = small("ao", 8, "auto");
   options.width = options.height = 128;
   options.most_rays = 1 << 15;  // the sample size of method auto on CPU devices
-  Engine engine(hall_scene(), with_validation());
-  const View view = engine.scene().views.front();
-  engine.tracer().make_rays = true;
-  const Picture made = render(engine, view, options);
+  DeviceScene world(hall_scene(), with_validation());
+  const View view = world.scene().views.front();
+  world.tracer().make_rays = true;
+  const Picture made = render(world, view, options);
   const auto begun = [](const Picture& p) {
     for (const PassTime& t : p.times.passes.all())
       if (t.name == "begin") return t.rays;
     return std::uint64_t(0);
   };
   const std::uint64_t all = 128 * 128 * 8;
-  if (engine.context()->info().is_cpu()) {  // on a GPU, method auto samples more rays than the picture has
+  if (world.context()->info().is_cpu()) {  // on a GPU, method auto samples more rays than the picture has
     EXPECT_GT(begun(made), 0u);
   }
-  if (records(engine)) {
+  if (records(world)) {
     EXPECT_LT(begun(made), all);
   }
-  engine.tracer().make_rays = false;
-  const Picture read = render(engine, view, options);
+  world.tracer().make_rays = false;
+  const Picture read = render(world, view, options);
   EXPECT_EQ(begun(read), all);
   expect_equal(read.image, made.image);
 }

@@ -13,9 +13,9 @@ TEST(VertexColors, ColoursOfVerticesTintTheSurface) {
   const glm::vec4 a(1, 1, 0, 1), b(0, 1, 0, 1), c(0, 1, 1, 1), d(1, 1, 1, 1);  // red falls with x, blue rises with y
   scene.colors = {{a, b, c}, {a, c, d}};
   finish_scene(scene);
-  Engine engine(std::move(scene), with_validation());
+  DeviceScene world(std::move(scene), with_validation());
   for (const char* shading : {"eyelight", "whitted", "path"}) {
-    const Picture p = render(engine, engine.scene().views[0], {.width = 64, .height = 64, .shading = shading});
+    const Picture p = render(world, world.scene().views[0], {.width = 64, .height = 64, .shading = shading});
     for (const std::uint32_t at : {16u, 32u, 48u}) {
       // A pixel at x shows the square's point x / 32 - 1 times 3 tan(30 degrees).
       const float half = 3 * std::tan(glm::radians(30.0f)), x = ((float(at) + 0.5f) / 32 - 1) * half;

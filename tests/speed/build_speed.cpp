@@ -233,28 +233,28 @@ void measure_host_refits(Context& gpu, const Scene& scene, const std::string& na
       double(scene.triangles.size()) / median(refit) * 1e-3, decay, bench::figure(bvh.stats.build_s * 1e3));
 }
 
-/// Measures updates of an Engine whose triangles come from the host: the update alone, and until the first ray after
-/// the update is traced.
+/// Measures updates of a DeviceScene whose triangles come from the host: the update alone, and until the first ray
+/// after the update is traced.
 void measure_updates(const std::shared_ptr<Context>& gpu, const Scene& scene, const std::string& name,
                      const Args& args) {
-  EngineOptions options;
+  DeviceSceneOptions options;
   options.context = gpu;
   options.use_cache = false;
   options.build.builder = find_builder(name).id;
-  Engine engine(scene, options);
+  DeviceScene world(scene, options);
   std::vector<Triangle> moved = scene.triangles;
   make_waves(moved, scene.bounds);
   const std::vector<Ray> ray{{{0, 0, 0}, 0, {0, 1, 0}, 1e30f}};
   std::vector<Hit> hit(1);
-  engine.trace(ray, hit, {.method = "while-while"});
+  world.trace(ray, hit, {.method = "while-while"});
   for (const UpdateModeRow& mode : kUpdateModes) {
     if (mode.id == UpdateMode::Auto) continue;
     std::vector<double> update, traced;
     for (std::uint32_t i = 0; i <= args.repeats; ++i) {
       const auto start = Clock::now();
-      moved = engine.move(std::move(moved), mode.id);
-      const double ms = engine.last_update().seconds * 1e3;
-      engine.trace(ray, hit, {.method = "while-while"});
+      moved = world.move(std::move(moved), mode.id);
+      const double ms = world.last_update().seconds * 1e3;
+      world.trace(ray, hit, {.method = "while-while"});
       if (i == 0) continue;
       update.push_back(ms);
       traced.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
@@ -265,12 +265,12 @@ void measure_updates(const std::shared_ptr<Context>& gpu, const Scene& scene, co
   }
 }
 
-double mrays(Engine& engine, const std::string& kind, const std::string& method, const Args& args) {
-  const auto batch = engine.make_batch(engine.scene().views[0], find_ray_kind(kind), args.size, args.size);
+double mrays(DeviceScene& world, const std::string& kind, const std::string& method, const Args& args) {
+  const auto batch = world.make_batch(world.scene().views[0], find_ray_kind(kind), args.size, args.size);
   if (batch->count() == 0) return 0;
   std::vector<double> ms;
   for (std::uint32_t i = 0; i <= args.repeats; ++i) {
-    const double spent = engine.trace(*batch, {.method = method}).device_ms;
+    const double spent = world.trace(*batch, {.method = method}).device_ms;
     if (i > 0) ms.push_back(spent);
   }
   return double(batch->count()) / median(ms) * 1e-3;
@@ -281,15 +281,15 @@ void trace_all(const std::shared_ptr<Context>& gpu, const Scene& scene, const Ar
   for (const std::string& kind : args.rays) head.push_back(kind + " Mrays/s");
   bench::Table table(head, 2);
   for (const std::string& name : args.builders) {
-    EngineOptions options;
+    DeviceSceneOptions options;
     options.context = gpu;
     options.use_cache = false;
     options.build.builder = find_builder(name).id;
-    Engine engine(scene, options);
+    DeviceScene world(scene, options);
     for (const std::string& method : args.methods) {
-      std::vector<std::string> row{name, method, bench::figure(engine.start_times().bvh_s),
-                                   bench::figure(engine.bvh_stats().sah), std::to_string(engine.bvh_stats().depth)};
-      for (const std::string& kind : args.rays) row.push_back(bench::figure(mrays(engine, kind, method, args)));
+      std::vector<std::string> row{name, method, bench::figure(world.start_times().bvh_s),
+                                   bench::figure(world.bvh_stats().sah), std::to_string(world.bvh_stats().depth)};
+      for (const std::string& kind : args.rays) row.push_back(bench::figure(mrays(world, kind, method, args)));
       table.row(row);
     }
   }

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 #include "tests/check/embree_scene.h"
 
 namespace ballot::speed {

@@ -37,11 +37,11 @@ Query query_of(const std::string& item, const std::string& mode) {
   return query;
 }
 
-Samples measure(Engine& engine, const EmbreeTracer& embree, RayBatch& batch, const Args& args) {
+Samples measure(DeviceScene& world, const EmbreeTracer& embree, RayBatch& batch, const Args& args) {
   const std::vector<Ray> rays = batch.rays();
   std::vector<Hit> hits(rays.size());
   for (const std::string& mode : args.modes)
-    for (const std::string& method : args.methods) engine.trace(batch, query_of(method, mode));  // compiles, calibrates
+    for (const std::string& method : args.methods) world.trace(batch, query_of(method, mode));  // compiles, calibrates
   Samples samples;
   for (std::uint32_t r = 0; r < args.repeats; ++r) {
     for (const EmbreeCall& call : kEmbreeCalls) {
@@ -51,7 +51,7 @@ Samples measure(Engine& engine, const EmbreeTracer& embree, RayBatch& batch, con
     }
     for (const std::string& mode : args.modes)
       for (const std::string& method : args.methods)
-        samples[label(method, mode)].push_back(engine.trace(batch, query_of(method, mode)).device_ms);
+        samples[label(method, mode)].push_back(world.trace(batch, query_of(method, mode)).device_ms);
   }
   return samples;
 }
@@ -91,17 +91,17 @@ void run(const Args& args) {
   bench::Table table(header, 3);
   std::string device;
   for (const std::string& file : args.scenes) {
-    Engine engine(load_scene(file), {.device = args.device});
-    const EmbreeTracer embree(engine.scene().triangles);
-    device = engine.device().name + " (" + engine.device().driver + ")";
+    DeviceScene world(load_scene(file), {.device = args.device});
+    const EmbreeTracer embree(world.scene().triangles);
+    device = world.device().name + " (" + world.device().driver + ")";
     for (const std::string& rays : args.rays) {
       Speeds speeds;
       for (const std::string& view : args.views) {
-        const auto batch = engine.make_batch(find_view(engine.scene(), view), find_ray_kind(rays), args.size, args.size,
-                                             {.ao_rays = args.ao_rays, .ao_radius = args.ao_radius});
-        if (batch->count() > 0) speeds.add(measure(engine, embree, *batch, args), batch->count());
+        const auto batch = world.make_batch(find_view(world.scene(), view), find_ray_kind(rays), args.size, args.size,
+                                            {.ao_rays = args.ao_rays, .ao_radius = args.ao_radius});
+        if (batch->count() > 0) speeds.add(measure(world, embree, *batch, args), batch->count());
       }
-      if (speeds.views) add_row(table, engine.scene().name, rays, speeds, args);
+      if (speeds.views) add_row(table, world.scene().name, rays, speeds, args);
     }
   }
   fmt::print(

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 #include "tests/speed/program.h"
 #include "tools/bench/markdown.h"
 
@@ -32,7 +32,7 @@ struct Frames {
   std::vector<double> wall, generate, trace, shade;  // milliseconds
 };
 
-Frames fly(Engine& engine, const View& view, const LiveOptions& given, const Args& args) {
+Frames fly(DeviceScene& world, const View& view, const LiveOptions& given, const Args& args) {
   Frames all;
   LiveOptions options = given;
   const std::uint32_t samples = std::uint32_t(args.rest) + 1, warm_up = args.frames / 4;
@@ -40,7 +40,7 @@ Frames fly(Engine& engine, const View& view, const LiveOptions& given, const Arg
   for (std::uint32_t i = 0; i < warm_up + args.frames; ++i) {
     options.sample_index = i % samples;
     const auto start = Clock::now();
-    const LiveTimes times = engine.live().add_sample(turned(view, i / samples), options);
+    const LiveTimes times = world.live().add_sample(turned(view, i / samples), options);
     if (i < warm_up) continue;
     all.wall.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
     all.generate.push_back(times.generate_ms);
@@ -56,8 +56,8 @@ void run(const Args& args) {
                      4);
   std::string device;
   for (const std::string& file : args.scenes) {
-    Engine engine(load_scene(file), {.device = args.device});
-    device = engine.device().name + " (" + engine.device().driver + ")";
+    DeviceScene world(load_scene(file), {.device = args.device});
+    device = world.device().name + " (" + world.device().driver + ")";
     for (const std::string& name : args.views)
       for (const std::string& rays : args.rays)
         for (const std::string& shading : args.shadings) {
@@ -66,10 +66,10 @@ void run(const Args& args) {
           options.rays = rays;
           options.shading = shading;
           options.query.numeric = args.numeric;
-          const Frames f = fly(engine, find_view(engine.scene(), name), options, args);
+          const Frames f = fly(world, find_view(world.scene(), name), options, args);
           const double generate = median(f.generate), trace = median(f.trace), shade = median(f.shade);
           const double sum = generate + trace + shade, wall = median(f.wall);
-          table.row({engine.scene().name, name, rays, shading, bench::figure(generate), bench::figure(trace),
+          table.row({world.scene().name, name, rays, shading, bench::figure(generate), bench::figure(trace),
                      bench::figure(shade), bench::figure(sum), fmt::format("{:.0f} %", 100 * (sum - trace) / sum),
                      bench::figure(wall), fmt::format("{:.0f}", 1e3 / wall)});
         }

@@ -62,11 +62,11 @@ TEST_F(WindowTest, OpensWhatIsDropped) {
     rest();
   };
   drop(folder_.string() + "/two%20wedges.obj", "method ");
-  EXPECT_EQ(session_->engine().triangle_count(), 2u);
+  EXPECT_EQ(session_->world().triangle_count(), 2u);
   drop(folder_ / "broken.gltf", "broken.gltf");
-  EXPECT_EQ(session_->engine().triangle_count(), 2u);
+  EXPECT_EQ(session_->world().triangle_count(), 2u);
   drop(kScene, "method ");
-  EXPECT_EQ(session_->engine().scene().name, "cornell");
+  EXPECT_EQ(session_->world().scene().name, "cornell");
 }
 
 TEST_F(WindowTest, ComesBackToWhereItWas) {

@@ -11,7 +11,7 @@ TEST_F(WindowTest, ScrubsPlaysAndPauses) {
   session_->frame();
   rest();
   const Image at = shot();
-  expect_same_pixels(at, rendered(session_->engine().scene_facts().views.at(0), {}, 1.25));
+  expect_same_pixels(at, rendered(session_->world().scene_facts().views.at(0), {}, 1.25));
   tap("p", "playing dance at 1.250 s");
   EXPECT_TRUE(until([&] { return session_->settings().play.seconds > 1.4; }));
   EXPECT_GT(session_->facts().frames.back().pose, 0);
@@ -28,7 +28,7 @@ TEST_F(WindowTest, ScrubsInstances) {
   session_->settings().play.seconds = 0.3;
   session_->frame();
   rest();
-  expect_same_pixels(shot(), rendered(session_->engine().scene_facts().views.at(0), {}, 0.3));
+  expect_same_pixels(shot(), rendered(session_->world().scene_facts().views.at(0), {}, 0.3));
 }
 
 TEST_F(WindowTest, SaysThatAStillSceneHasNoAnimation) {

@@ -32,7 +32,7 @@ class WindowTest : public testing::Test {
     view::SessionOptions o;
     o.scene = scene;
     o.load = load_;
-    o.engine = {.device = "cpu", .validate = true};
+    o.world = {.device = "cpu", .validate = true};
     o.settings.samples = 1;
     o.settings.query.method = "while-while";
     o.view = "view0";
@@ -54,7 +54,7 @@ class WindowTest : public testing::Test {
     desktop_.tap("q");
     EXPECT_TRUE(until([&] { return session_->window().closed(); }));
     desktop_.key("Control_L", false);
-    EXPECT_EQ(session_->run(), 0u) << session_->engine().messages().front();
+    EXPECT_EQ(session_->run(), 0u) << session_->world().messages().front();
     session_.reset();
   }
 
@@ -104,10 +104,10 @@ class WindowTest : public testing::Test {
   /// Returns the EXR of a view, of the window's size, that an engine of its own makes.
   Image rendered(const View& view, RenderOptions o = {}, double time = 0) const {
     const view::SessionOptions of = options(session_->facts().scene_file);
-    Engine engine(load_scene(of.scene, load_), of.engine);
-    if (time > 0) engine.set_time(0, time);
+    DeviceScene world(load_scene(of.scene, load_), of.world);
+    if (time > 0) world.set_time(0, time);
     o.width = session_->window().pixels().x, o.height = session_->window().pixels().y;
-    write_exr(folder_ / "rendered.exr", engine.render(view, o));
+    write_exr(folder_ / "rendered.exr", world.render(view, o));
     return read_exr(folder_ / "rendered.exr");
   }
   /// Writes a picture by key F12, and returns it.

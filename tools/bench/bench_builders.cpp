@@ -69,14 +69,14 @@ struct BuilderRun {
 
 /// A tree that was built, and its figures.
 struct Built {
-  std::unique_ptr<Engine> engine;
+  std::unique_ptr<DeviceScene> world;
   BuilderFigures figures;
 };
 
 Built build_by(const Scene& scene, const Builder& builder, const BuilderRun& run) {
-  Built built{.engine = {},
+  Built built{.world = {},
               .figures = {.builder = builder.name, .build_s = {}, .peak_mib = {}, .stats = {}, .mrays_per_s = {}}};
-  EngineOptions options;
+  DeviceSceneOptions options;
   options.context = run.gpu;
   options.build = run.settings;
   options.build.builder = builder.id;
@@ -84,16 +84,16 @@ Built build_by(const Scene& scene, const Builder& builder, const BuilderRun& run
   // A builder compiles its kernels and touches its memory for the first time. A long build does not notice.
   const std::uint32_t builds = std::min(run.repeats, kMostBuilds);
   for (std::uint32_t i = 0; i <= builds; ++i) {
-    built.engine.reset();
+    built.world.reset();
     Scene copy = scene;
     const PeakMemory memory;
-    built.engine = std::make_unique<Engine>(std::move(copy), options);
+    built.world = std::make_unique<DeviceScene>(std::move(copy), options);
     if (i == 0) built.figures.peak_mib = memory.mib();
-    const double seconds = built.engine->start_times().bvh_s;
+    const double seconds = built.world->start_times().bvh_s;
     if (i > 0 || seconds > kLongBuild) built.figures.build_s.push_back(seconds);
     if (seconds > kLongBuild) break;
   }
-  built.figures.stats = built.engine->bvh_stats();
+  built.figures.stats = built.world->bvh_stats();
   return built;
 }
 
@@ -103,12 +103,12 @@ void trace_kind(std::vector<Built>& trees, const BuilderRun& run, const std::str
   std::vector<Query> queries;
   std::vector<std::vector<double>> ms(trees.size());
   for (Built& tree : trees) {
-    Engine& engine = *tree.engine;
-    const View& view = run.view == "all" ? engine.scene().views[0] : find_view(engine.scene(), run.view);
-    batches.push_back(engine.make_batch(view, find_ray_kind(kind), run.width, run.height, run.options));
-    queries.push_back(engine.resolve(*batches.back(), run.query));
+    DeviceScene& world = *tree.world;
+    const View& view = run.view == "all" ? world.scene().views[0] : find_view(world.scene(), run.view);
+    batches.push_back(world.make_batch(view, find_ray_kind(kind), run.width, run.height, run.options));
+    queries.push_back(world.resolve(*batches.back(), run.query));
   }
-  const auto trace = [&](std::size_t i) { return trees[i].engine->trace(*batches[i], queries[i]).device_ms; };
+  const auto trace = [&](std::size_t i) { return trees[i].world->trace(*batches[i], queries[i]).device_ms; };
   const auto start = std::chrono::steady_clock::now();
   do {  // compiles the kernels, and has the clocks of a GPU rise
     for (std::size_t i = 0; i < trees.size(); ++i)
@@ -199,15 +199,15 @@ BuilderRun builder_run(const RunArgs& run) {
                   .height = checked.height,
                   .repeats = checked.repeats,
                   .options = checked.kinds,
-                  .settings = checked.engine.build};
+                  .settings = checked.world.build};
   if (run.plan.rays == "all") {
     what.kinds.clear();
     for (const RayKind& kind : kRayKinds) what.kinds.emplace_back(kind.name);
   }
   for (const std::string& kind : what.kinds) find_ray_kind(kind);
   ContextOptions options;
-  options.device = run.engine.device;
-  options.validate = run.engine.validate;
+  options.device = run.world.device;
+  options.validate = run.world.validate;
   what.gpu = std::make_shared<Context>(options);
   if (what.width == 0) what.width = what.height = what.gpu->info().is_cpu() ? 256 : 1024;
   return what;
@@ -226,14 +226,14 @@ int bench_builders(const RunArgs& run, const std::string& list) {
   const std::vector<const Builder*> builders = builders_of(list, device);
   nlohmann::json json = device_header("builders", device);
   for (const std::string& file : run.scenes) {
-    const Scene scene = load_scene(file, {.allow_outside = run.engine.allow_outside});
-    run.engine.files.check_read();
+    const Scene scene = load_scene(file, {.allow_outside = run.world.allow_outside});
+    run.world.files.check_read();
     say("{}: {} triangles, {} x {} rays by {} in mode {}, on {} ({})\n\n", scene.name, scene.triangles.size(),
         what.width, what.height, what.query.method, what.query.numeric, device.name, device.driver);
     const std::vector<BuilderFigures> all = measure_builders(scene, builders, what);
     print_builders(all, what);
     add_builder_records(scene.name, all, what, json);
-    write_json(run.engine.json, json);
+    write_json(run.world.json, json);
   }
   if (what.gpu->messages().empty()) return 0;
   say_aside("ballot: {} validation messages (above)\n", what.gpu->messages().size());

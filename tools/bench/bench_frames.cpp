@@ -32,20 +32,20 @@ struct FrameRun {
   std::uint32_t width, height;
 };
 
-FrameFigures measure_frame(Engine& engine, const FrameRun& run, const Frame& frame) {
+FrameFigures measure_frame(DeviceScene& world, const FrameRun& run, const Frame& frame) {
   const Clock::time_point start = Clock::now();
-  engine.set_time(run.plan->clip, frame.seconds, run.plan->update);
+  world.set_time(run.plan->clip, frame.seconds, run.plan->update);
   const double moved = ms_since(start);
-  const Engine::Update update = engine.last_update();
-  const auto batch = engine.make_batch(*run.view, find_ray_kind(kPrimaryRays), run.width, run.height);
-  const FrameTimes times = engine.frame(*batch, run.query);
+  const DeviceScene::Update update = world.last_update();
+  const auto batch = world.make_batch(*run.view, find_ray_kind(kPrimaryRays), run.width, run.height);
+  const FrameTimes times = world.frame(*batch, run.query);
   return {.pose = 1e3 * update.pose_s,
           .tree = 1e3 * (update.seconds - update.ready_s),
           .ready = 1e3 * update.ready_s,
           .device = times,
           .wall = moved + times.total_ms(),
           .refitted = update.refitted,
-          .decay = engine.refit_policy().decay()};
+          .decay = world.refit_policy().decay()};
 }
 
 /// Returns the median of a figure over the frames that `of` takes, or "-" if there are none.
@@ -133,42 +133,42 @@ int bench_frames(const RunArgs& run, const BenchFrameArgs& args) {
   const std::vector<UpdateMode> modes = modes_of(args.updates);
   const bench::RunOptions options = run.options();
   const Query query = query_of(run);
-  EngineArgs engine_args = run.engine;
-  engine_args.scene = run.scenes[0];
+  SceneArgs scene_args = run.world;
+  scene_args.scene = run.scenes[0];
   nlohmann::json json;
   std::optional<bench::Table> table;
   int code = 0;
   for (const UpdateMode mode : modes) {
     FramePlan plan;
-    Opened opened = open_scene(engine_args, {query}, [&](Scene& s) {
+    Opened opened = open_scene(scene_args, {query}, [&](Scene& s) {
       if (run.plan.views != "all") find_view(s, run.plan.views);
       plan = plan_frames(args.frames, s, table ? Outside::Silent : Outside::Said);
     });
-    Engine& engine = *opened.engine;
+    DeviceScene& world = *opened.world;
     plan.update = mode;
-    const std::uint32_t side = engine.device().is_cpu() ? 256 : 1024;
-    const View& view = run.plan.views == "all" ? engine.scene().views[0] : find_view(engine.scene(), run.plan.views);
+    const std::uint32_t side = world.device().is_cpu() ? 256 : 1024;
+    const View& view = run.plan.views == "all" ? world.scene().views[0] : find_view(world.scene(), run.plan.views);
     const FrameRun frames{&plan, &view, query, options.width ? options.width : side,
                           options.height ? options.height : side};
     if (!table) {
-      say("{}: {} triangles, animation {}, view {}, {} x {}, on {}; builder {}\n\n", engine.scene().name,
-          engine.triangle_count(), plan.animation, view.name, frames.width, frames.height, engine.device().name,
-          builder_of(engine.bvh_stats().builder).name);
+      say("{}: {} triangles, animation {}, view {}, {} x {}, on {}; builder {}\n\n", world.scene().name,
+          world.triangle_count(), plan.animation, view.name, frames.width, frames.height, world.device().name,
+          builder_of(world.bvh_stats().builder).name);
       table.emplace(std::vector<std::string>{"update", "built", "pose ms", "build ms", "refit ms", "ready ms",
                                              "generate ms", "trace ms", "shade ms", "frames/s", "decay"});
-      json = record_header(engine, opened.load_s);
+      json = record_header(world, opened.load_s);
       json["kind"] = "frames";
     }
-    measure_frame(engine, frames, plan.frames[0]);  // compiles the kernels
+    measure_frame(world, frames, plan.frames[0]);  // compiles the kernels
     std::vector<FrameFigures> figures;
-    for (const Frame& frame : plan.frames) figures.push_back(measure_frame(engine, frames, frame));
+    for (const Frame& frame : plan.frames) figures.push_back(measure_frame(world, frames, frame));
     const std::string_view name = update_name(mode);
     table->row(row_of(name, figures));
     add_records(name, plan, figures, json);
-    code = std::max(code, finish(engine));
+    code = std::max(code, finish(world));
   }
   if (table) say("{}", table->text());
-  write_json(run.engine.json, json);
+  write_json(run.world.json, json);
   return code;
 }
 

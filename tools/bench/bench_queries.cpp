@@ -70,27 +70,28 @@ RaySource source_of(std::span<const Ray> rays) {
   return source;
 }
 
-TraceTimes count_rays(Engine& engine, std::span<const Ray> rays, bool exact, std::vector<std::uint32_t>& counts) {
+TraceTimes count_rays(DeviceScene& world, std::span<const Ray> rays, bool exact, std::vector<std::uint32_t>& counts) {
   counts.clear();
-  return engine.rays().count(source_of(rays),
-                             [&](std::uint64_t, std::span<const std::uint32_t> some) {
-                               counts.insert(counts.end(), some.begin(), some.end());
-                             },
-                             {.exact = exact});
+  return world.rays().count(source_of(rays),
+                            [&](std::uint64_t, std::span<const std::uint32_t> some) {
+                              counts.insert(counts.end(), some.begin(), some.end());
+                            },
+                            {.exact = exact});
 }
 
-TraceTimes list_rays(Engine& engine, std::span<const Ray> rays, bool exact, std::uint32_t most, ListedCrossings& all) {
+TraceTimes list_rays(DeviceScene& world, std::span<const Ray> rays, bool exact, std::uint32_t most,
+                     ListedCrossings& all) {
   all.counts.clear(), all.hits.clear();
-  return engine.rays().list(source_of(rays),
-                            [&](std::uint64_t, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
-                              all.counts.insert(all.counts.end(), some.begin(), some.end());
-                              all.hits.insert(all.hits.end(), hits.begin(), hits.end());
-                            },
-                            {.most = most, .exact = exact});
+  return world.rays().list(source_of(rays),
+                           [&](std::uint64_t, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
+                             all.counts.insert(all.counts.end(), some.begin(), some.end());
+                             all.hits.insert(all.hits.end(), hits.begin(), hits.end());
+                           },
+                           {.most = most, .exact = exact});
 }
 
 /// Measures the queries of rays in one mode, and judges them if asked to. All are judged beside the lists.
-void measure_crossings(Engine& engine, const QueryRun& run, const std::string& of, std::span<const Ray> rays,
+void measure_crossings(DeviceScene& world, const QueryRun& run, const std::string& of, std::span<const Ray> rays,
                        const std::string& mode, std::vector<QueryFigures>& all) {
   const bool exact = mode == "exact";
   RayAnswers answers{.counts = {}, .lists = {}, .first = {}, .most = kFirst};
@@ -98,13 +99,13 @@ void measure_crossings(Engine& engine, const QueryRun& run, const std::string& o
     return timed(run, query, mode, of, rays.size(), call);
   };
   std::optional<QueryFigures> count, list, first;
-  if (run.wants("count")) count = measure("count", [&] { return count_rays(engine, rays, exact, answers.counts); });
+  if (run.wants("count")) count = measure("count", [&] { return count_rays(world, rays, exact, answers.counts); });
   if (run.wants("list") || run.check)
-    list = measure("list", [&] { return list_rays(engine, rays, exact, kAllHits, answers.lists); });
+    list = measure("list", [&] { return list_rays(world, rays, exact, kAllHits, answers.lists); });
   if (run.wants("first"))
-    first = measure("first", [&] { return list_rays(engine, rays, exact, kFirst, answers.first); });
+    first = measure("first", [&] { return list_rays(world, rays, exact, kFirst, answers.first); });
   if (run.check) {
-    const RayErrors errors = QueryJudge(engine.tracer().tree()).rays(rays, answers);
+    const RayErrors errors = QueryJudge(world.tracer().tree()).rays(rays, answers);
     if (count) count->errors = errors.counts;
     if (first) first->errors = errors.first;
     list->errors = errors.lists;
@@ -115,15 +116,15 @@ void measure_crossings(Engine& engine, const QueryRun& run, const std::string& o
 }
 
 /// Measures the queries of rays on those of one kind, beside the nearest hit.
-void measure_rays(Engine& engine, const QueryRun& run, const std::string& kind, std::vector<QueryFigures>& all) {
-  const View& view = run.view == "all" ? engine.scene().views[0] : find_view(engine.scene(), run.view);
-  const auto batch = engine.make_batch(view, find_ray_kind(kind), run.width, run.height, run.options);
+void measure_rays(DeviceScene& world, const QueryRun& run, const std::string& kind, std::vector<QueryFigures>& all) {
+  const View& view = run.view == "all" ? world.scene().views[0] : find_view(world.scene(), run.view);
+  const auto batch = world.make_batch(view, find_ray_kind(kind), run.width, run.height, run.options);
   if (batch->count() == 0) return;
   const std::vector<Ray> rays = batch->rays();
-  const Query query = engine.resolve(*batch, run.trace);
+  const Query query = world.resolve(*batch, run.trace);
   all.push_back(
-      timed(run, "nearest hit", run.trace.numeric, kind, rays.size(), [&] { return engine.trace(*batch, query); }));
-  for (const std::string& mode : run.modes) measure_crossings(engine, run, kind, rays, mode, all);
+      timed(run, "nearest hit", run.trace.numeric, kind, rays.size(), [&] { return world.trace(*batch, query); }));
+  for (const std::string& mode : run.modes) measure_crossings(world, run, kind, rays, mode, all);
 }
 
 /// Returns points of a grid over the bounds and a tenth of their longest side around them, in rows of x; or as many
@@ -147,14 +148,14 @@ std::vector<ProbePoint> points_over(const Bounds& bounds, std::size_t count, boo
 
 /// Returns points that are hard to answer: corners of triangles, middles of edges, points of the inside, and points
 /// beside these by a few roundings.
-std::vector<ProbePoint> points_on(const Engine& engine, std::size_t count) {
+std::vector<ProbePoint> points_on(const DeviceScene& world, std::size_t count) {
   std::vector<ProbePoint> points;
-  const std::uint64_t triangles = engine.triangle_count();
+  const std::uint64_t triangles = world.triangle_count();
   if (triangles == 0) return points;
   points.reserve(count + 3);
   std::mt19937 numbers(1);
   while (points.size() < count) {
-    const auto [a, b, c] = engine.triangle(std::uint32_t(numbers() % triangles));
+    const auto [a, b, c] = world.triangle(std::uint32_t(numbers() % triangles));
     const glm::vec3 inside = (a + b + c) / 3.f;
     const float some = 1 + float(int(numbers() % 9) - 4) * 0x1p-23f;
     for (const glm::vec3& at : {a, 0.5f * b + 0.5f * c, inside, inside * some}) points.push_back({at, kNowhere});
@@ -163,15 +164,15 @@ std::vector<ProbePoint> points_on(const Engine& engine, std::size_t count) {
   return points;
 }
 
-void measure_points(Engine& engine, const QueryRun& run, const std::string& of, std::span<const ProbePoint> points,
+void measure_points(DeviceScene& world, const QueryRun& run, const std::string& of, std::span<const ProbePoint> points,
                     std::vector<QueryFigures>& all) {
-  const QueryJudge judge(engine.tracer().tree());
+  const QueryJudge judge(world.tracer().tree());
   for (const std::string& mode : run.modes) {
     const PointQuery query{.exact = mode == "exact"};
     std::vector<Nearest> near(points.size());
     const auto measure = [&](const char* name, bool sides) {
       all.push_back(timed(run, name, mode, of, points.size(), [&] {
-        return engine.points().nearest(points, near, {.exact = query.exact, .sides = sides});
+        return world.points().nearest(points, near, {.exact = query.exact, .sides = sides});
       }));
     };
     if (run.wants("nearest")) {
@@ -185,10 +186,10 @@ void measure_points(Engine& engine, const QueryRun& run, const std::string& of, 
     if (run.wants("inside")) {
       std::vector<std::uint32_t> inside(points.size());
       all.push_back(
-          timed(run, "inside", mode, of, points.size(), [&] { return engine.points().inside(points, inside, query); }));
+          timed(run, "inside", mode, of, points.size(), [&] { return world.points().inside(points, inside, query); }));
       if (run.check) all.back().errors = judge.inside(points, inside);
       // In a mesh with open edges the answer near a gap is arbitrary.
-      if (run.check && !engine.topology().closed()) all.back().errors->beyond = 0;
+      if (run.check && !world.topology().closed()) all.back().errors->beyond = 0;
     }
   }
 }
@@ -253,16 +254,15 @@ QueryRun query_run(const RunArgs& run, const std::string& queries, bool check, c
 }
 
 /// Measures the queries on one scene.
-std::vector<QueryFigures> measure_scene(Engine& engine, const QueryRun& run) {
+std::vector<QueryFigures> measure_scene(DeviceScene& world, const QueryRun& run) {
   std::vector<QueryFigures> all;
-  const ProgressBar bar(engine.scene().name + ": queries");
+  const ProgressBar bar(world.scene().name + ": queries");
   if (run.wants_crossings())
-    for (const std::string& kind : run.kinds) measure_rays(engine, run, kind, all);
+    for (const std::string& kind : run.kinds) measure_rays(world, run, kind, all);
   const std::size_t points = std::size_t(run.width) * run.height;
   for (const bool random : {false, true})
-    measure_points(engine, run, random ? "random points" : "grid", points_over(engine.bvh().bounds, points, random),
-                   all);
-  measure_points(engine, run, "surface", points_on(engine, points), all);
+    measure_points(world, run, random ? "random points" : "grid", points_over(world.bvh().bounds, points, random), all);
+  measure_points(world, run, "surface", points_on(world, points), all);
   return all;
 }
 
@@ -279,7 +279,7 @@ void add_rows(bench::Table& table, std::string_view name, const QueryRun& run, c
 
 /// Judges the queries on the rays and points of the hard cases, and prints what was found of each case and mode.
 template <class Note>
-void judge_hard_cases(const EngineOptions& options, QueryRun run, const Note& note) {
+void judge_hard_cases(const DeviceSceneOptions& options, QueryRun run, const Note& note) {
   run.repeats = 1;
   run.warms_up = false;
   bench::Table table({"hard case", "mode", "answers", "wrong", "beyond the bound"});
@@ -287,14 +287,14 @@ void judge_hard_cases(const EngineOptions& options, QueryRun run, const Note& no
   std::size_t done = 0;
   const auto judge = [&](std::string_view name, Scene scene, const BuildSettings& build, std::span<const HardRays> rays,
                          std::span<const HardPoints> points) {
-    EngineOptions own = options;
+    DeviceSceneOptions own = options;
     own.build = build;
-    Engine engine(std::move(scene), own);
+    DeviceScene world(std::move(scene), own);
     std::vector<QueryFigures> all;
     if (run.wants_crossings())
       for (const std::string& mode : run.modes)
-        for (const HardRays& set : rays) measure_crossings(engine, run, set.name, set.rays, mode, all);
-    for (const HardPoints& set : points) measure_points(engine, run, set.name, set.points, all);
+        for (const HardRays& set : rays) measure_crossings(world, run, set.name, set.rays, mode, all);
+    for (const HardPoints& set : points) measure_points(world, run, set.name, set.points, all);
     add_rows(table, name, run, all);
     note(std::string(name), all);
     bar.update(double(++done) / double(hard_cases().size() + hard_point_cases().size()));
@@ -340,12 +340,12 @@ std::string queries_text() {
 }
 
 int bench_queries(const RunArgs& run, const std::string& queries, const QueryChecks& checks) {
-  const auto gpu = Engine::open_device(run.options().engine);
+  const auto gpu = DeviceScene::open_device(run.options().world);
   const DeviceInfo& device = gpu->info();
   QueryRun what = query_run(run, queries, checks.exact, device);
   what.quick = checks.quick;
   nlohmann::json json = device_header("queries", device);
-  EngineOptions options = run.options().engine;
+  DeviceSceneOptions options = run.options().world;
   options.context = gpu;
   JudgedQueries judged;
   const auto note = [&](const std::string& scene, const std::vector<QueryFigures>& all) {
@@ -353,16 +353,16 @@ int bench_queries(const RunArgs& run, const std::string& queries, const QueryChe
       json["records"].push_back(record_of(scene, f));
       if (f.errors) judged.add(f.mode, *f.errors);
     }
-    write_json(run.engine.json, json);
+    write_json(run.world.json, json);
   };
   for (const std::string& file : run.scenes) {
-    Engine engine(load_scene(file, run.engine.load_options()), options);
-    run.engine.files.check_read();
-    say("{}: {} triangles, {} x {} rays, on {} ({})\n\n", engine.scene().name, engine.triangle_count(), what.width,
+    DeviceScene world(load_scene(file, run.world.load_options()), options);
+    run.world.files.check_read();
+    say("{}: {} triangles, {} x {} rays, on {} ({})\n\n", world.scene().name, world.triangle_count(), what.width,
         what.height, device.name, device.driver);
-    const std::vector<QueryFigures> all = measure_scene(engine, what);
+    const std::vector<QueryFigures> all = measure_scene(world, what);
     print_queries(all, what.check);
-    note(engine.scene().name, all);
+    note(world.scene().name, all);
   }
   if (checks.hard) {
     options.use_cache = false;

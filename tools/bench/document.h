@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::bench {
 

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::bench {
 
@@ -12,7 +12,7 @@ namespace ballot::bench {
 /// hits; 0 for a miss. With one ray per pixel this is the error of a picture lit from the camera. The spans rays,
 /// answers and truth have the same size. Prims that the engine's scene lacks have
 /// shade 0.
-double image_rmse(const Engine& engine, std::span<const Ray> rays, std::span<const Hit> answers,
+double image_rmse(const DeviceScene& world, std::span<const Ray> rays, std::span<const Hit> answers,
                   std::span<const ExactHit> truth);
 
 }  // namespace ballot::bench

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::bench {
 

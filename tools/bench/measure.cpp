@@ -50,13 +50,13 @@ class BlockRun {
   /// Makes a batch for each view that has such rays. Returns false if none has.
   bool make_batches(const std::vector<const View*>& views) {
     for (const RayFile& file : rays_.files) {
-      batches_.push_back(around_.engine.make_batch(rays_.name, file.rays, rays_.want));
+      batches_.push_back(around_.world.make_batch(rays_.name, file.rays, rays_.want));
       views_.push_back(file.view);
     }
     if (!rays_.kind) return true;
     for (const View* view : views) {
       const RunOptions& o = around_.options;
-      Batch batch = around_.engine.make_batch(*view, *rays_.kind, o.width, o.height, o.kinds);
+      Batch batch = around_.world.make_batch(*view, *rays_.kind, o.width, o.height, o.kinds);
       if (batch->count() > 0) {
         batches_.push_back(std::move(batch));
         views_.push_back(view->name);
@@ -99,7 +99,7 @@ class BlockRun {
   std::uint64_t wrong() const { return wrong_; }
 
  private:
-  const std::string& scene() const { return around_.engine.scene().name; }
+  const std::string& scene() const { return around_.world.scene().name; }
 
   template <class... Args>
   void note(fmt::format_string<Args...> text, Args&&... args) const {
@@ -108,7 +108,7 @@ class BlockRun {
   }
 
   double trace_ms(const Runner& runner, std::size_t view) {
-    const TraceTimes times = around_.engine.trace(*batches_[view], runner.entry->query);
+    const TraceTimes times = around_.world.trace(*batches_[view], runner.entry->query);
     retraced_ += times.retraced;
     return std::max(times.device_ms, kLeastMs);
   }
@@ -121,7 +121,7 @@ class BlockRun {
 
   void frame(Runner& runner, std::size_t view, bool keep) {
     if (!batches_[view]->has_frame()) return;
-    const FrameTimes times = around_.engine.frame(*batches_[view], runner.entry->query);
+    const FrameTimes times = around_.world.frame(*batches_[view], runner.entry->query);
     if (keep) runner.frame[view].push_back(std::max(times.total_ms(), kLeastMs));
     around_.step();
   }
@@ -133,7 +133,7 @@ class BlockRun {
       trace(runner, 0, false);
       frame(runner, 0, false);
     }
-    if (around_.engine.device().is_cpu()) return;
+    if (around_.world.device().is_cpu()) return;
     const auto start = Clock::now();
     for (std::size_t i = 0; Clock::now() - start < kWarmUp; ++i) {
       trace_ms(runners_[i % runners_.size()], 0);
@@ -184,15 +184,15 @@ class BlockRun {
 
   void count(std::size_t view) {
     for (Runner& runner : runners_) {
-      runner.counters[view] = counter_figures(around_.engine.count(*batches_[view], runner.entry->query));
+      runner.counters[view] = counter_figures(around_.world.count(*batches_[view], runner.entry->query));
       around_.step();
     }
   }
 
   void check(std::size_t view) {
-    const Truth truth = around_.engine.checker().truth(*batches_[view]);
+    const Truth truth = around_.world.checker().truth(*batches_[view]);
     for (Runner& runner : runners_) {
-      const HitCheck found = around_.engine.checker().check(*batches_[view], truth, runner.entry->query);
+      const HitCheck found = around_.world.checker().check(*batches_[view], truth, runner.entry->query);
       const Judgement& j = found.judgement;
       const std::uint64_t wrong = j.errors() + found.unwritten;
       if (wrong > 0)
@@ -210,7 +210,7 @@ class BlockRun {
     around_.quiet();
     const std::string& name = views_[view];
     ProgressBar bar(fmt::format("exact answers: {}, {}{}", scene(), rays_.name, name.empty() ? "" : ", " + name));
-    return around_.engine.checker().exact_truth(*batches_[view], [&](double done) {
+    return around_.world.checker().exact_truth(*batches_[view], [&](double done) {
       bar.update(done);
       around_.poll();
     });
@@ -220,9 +220,9 @@ class BlockRun {
     const ExactTruth truth = exact_truth(view);
     RayBatch& batch = *batches_[view];
     for (Runner& runner : runners_) {
-      runner.errors[view] = around_.engine.checker().verify(batch, truth, runner.entry->query, around_.options.cases);
+      runner.errors[view] = around_.world.checker().verify(batch, truth, runner.entry->query, around_.options.cases);
       if (rays_.kind && rays_.kind->from_camera())
-        runner.image_rmse[view] = image_rmse(around_.engine, truth.rays, batch.hits(), truth.hits);
+        runner.image_rmse[view] = image_rmse(around_.world, truth.rays, batch.hits(), truth.hits);
       around_.step();
     }
   }
@@ -231,8 +231,8 @@ class BlockRun {
     const Entry& entry = *runner.entry;
     const RayBatch& batch = *batches_[view];
     const Query& query = entry.query;
-    const Query resolved = around_.engine.resolve(batch, query);
-    const Variant variant = around_.engine.tracer().variant(resolved);
+    const Query resolved = around_.world.resolve(batch, query);
+    const Variant variant = around_.world.tracer().variant(resolved);
     Record r;
     r.scene = scene();
     r.view = views_[view];

@@ -16,7 +16,7 @@ struct Interrupted {};
 
 /// The engine, options and callbacks that the measurement of every block needs.
 struct Surroundings {
-  Engine& engine;
+  DeviceScene& world;
   const RunOptions& options;
   std::function<void()> step;   // called after every dispatch that counts as progress; may throw Interrupted
   std::function<void()> poll;   // called after other dispatches; may throw Interrupted

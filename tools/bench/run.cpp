@@ -44,11 +44,11 @@ class Run {
   /// Opens the device for one scene, measures it and prints its tables.
   void add(LoadedScene loaded) {
     const double load_s = loaded.load_s;
-    const std::unique_ptr<Engine> engine = open(std::move(loaded.scene));
-    if (result_.document.device.empty()) begin(*engine);
-    result_.document.scenes.push_back({engine->scene().name, engine->bvh_stats(), load_s});
-    for (const RaySet& rays : plan_.rays) add_block(*engine, rays);
-    result_.messages = engine->messages().size();
+    const std::unique_ptr<DeviceScene> world = open(std::move(loaded.scene));
+    if (result_.document.device.empty()) begin(*world);
+    result_.document.scenes.push_back({world->scene().name, world->bvh_stats(), load_s});
+    for (const RaySet& rays : plan_.rays) add_block(*world, rays);
+    result_.messages = world->messages().size();
   }
 
   RunResult& result() { return result_; }
@@ -59,23 +59,23 @@ class Run {
     return steps_of(plan_, rays, options_, rays.kind ? chosen_views(scene, plan_).size() : rays.files.size());
   }
 
-  std::unique_ptr<Engine> open(Scene scene) {
+  std::unique_ptr<DeviceScene> open(Scene scene) {
     bar_.hide();  // only one bar may be drawn at a time
     ProgressBar building("building BVH of " + scene.name);
-    auto engine =
-        std::make_unique<Engine>(std::move(scene), options_.engine, [&](double done) { building.update(done); });
-    options_.engine.context = engine->context();
-    return engine;
+    auto world =
+        std::make_unique<DeviceScene>(std::move(scene), options_.world, [&](double done) { building.update(done); });
+    options_.world.context = world->context();
+    return world;
   }
 
-  void add_block(Engine& engine, const RaySet& rays) {
-    const std::size_t done = done_ + steps_in(engine.scene(), rays);
-    const Surroundings around{engine, options_, [this] { step(); }, [this] { poll(); }, [this] { bar_.hide(); }};
-    Measured measured = measure(around, plan_, rays, chosen_views(engine.scene(), plan_));
+  void add_block(DeviceScene& world, const RaySet& rays) {
+    const std::size_t done = done_ + steps_in(world.scene(), rays);
+    const Surroundings around{world, options_, [this] { step(); }, [this] { poll(); }, [this] { bar_.hide(); }};
+    Measured measured = measure(around, plan_, rays, chosen_views(world.scene(), plan_));
     auto& records = result_.document.records;
     records.insert(records.end(), measured.records.begin(), measured.records.end());
     result_.wrong += measured.wrong;
-    result_.document.longest = engine.context()->longest_pass();
+    result_.document.longest = world.context()->longest_pass();
     result_.without += measured.no_rays;
     bar_.hide();
     say("{}", block_table(measured.records));
@@ -86,12 +86,12 @@ class Run {
     if (!records.empty()) save_(result_.document);
   }
 
-  void begin(const Engine& engine) {
-    options_ = with_size(std::move(options_), engine.device());
-    result_.document = header(engine.device(), plan_, options_);
+  void begin(const DeviceScene& world) {
+    options_ = with_size(std::move(options_), world.device());
+    result_.document = header(world.device(), plan_, options_);
     bar_.hide();
-    say("{} ({}), subgroup {}, {} x {} pixels, {} repeats, {} entries\n\n", engine.device().name,
-        engine.device().driver, engine.device().subgroup_size, options_.width, options_.height, options_.repeats,
+    say("{} ({}), subgroup {}, {} x {} pixels, {} repeats, {} entries\n\n", world.device().name, world.device().driver,
+        world.device().subgroup_size, options_.width, options_.height, options_.repeats,
         plan_.entries.size() + plan_.sweeps.size());
   }
 
@@ -167,7 +167,7 @@ void say_end(const RunResult& result) {
 }
 
 RunResult run(const Plan& plan, std::vector<LoadedScene> scenes, RunOptions options, const SaveRun& save) {
-  options.engine.queries = plan.queries();
+  options.world.queries = plan.queries();
   Run run(plan, options, scenes, save);
   RunResult& result = run.result();
   for (LoadedScene& scene : scenes) try {

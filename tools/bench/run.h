@@ -11,7 +11,7 @@
 namespace ballot::bench {
 
 struct RunOptions {
-  EngineOptions engine;
+  DeviceSceneOptions world;
   std::uint32_t width = 0, height = 0;  // 0: 1024 x 1024 on a GPU, 256 x 256 on a CPU
   RayKindOptions kinds = {};
   std::uint32_t repeats = 20;

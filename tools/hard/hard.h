@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot {
 

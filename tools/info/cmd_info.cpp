@@ -9,7 +9,7 @@ namespace ballot::cli {
 namespace {
 
 struct InfoArgs {
-  EngineArgs engine;
+  SceneArgs world;
   LightArgs light;
   std::string triangles, numeric{kDefaultNumeric};
   bool statistics = false;
@@ -97,10 +97,10 @@ void print_bvh(const BvhStats& s, bool kept) {
 }
 
 /// Prints the pipeline statistics that the driver reports for every method's kernels, such as registers and stack.
-nlohmann::json print_statistics(Engine& engine, const std::string& numeric) {
-  if (!engine.device().pipeline_statistics) {
+nlohmann::json print_statistics(DeviceScene& world, const std::string& numeric) {
+  if (!world.device().pipeline_statistics) {
     say("\nno pipeline statistics: {} does not report them (VK_KHR_pipeline_executable_properties)\n",
-        engine.device().driver);
+        world.device().driver);
     return nlohmann::json::array();
   }
   say("\npipeline statistics that the driver reports, numeric mode {}:\n\n", numeric);
@@ -109,7 +109,7 @@ nlohmann::json print_statistics(Engine& engine, const std::string& numeric) {
   for (const Method& m : kMethods)
     for (const Want want : {Want::Nearest, Want::Any}) {
       if (m.chooses) continue;
-      const Kernel& kernel = engine.tracer().kernel({.want = want, .method = std::string(m.name), .numeric = numeric});
+      const Kernel& kernel = world.tracer().kernel({.want = want, .method = std::string(m.name), .numeric = numeric});
       std::string figures;
       nlohmann::json values;
       for (const PipelineFigure& f : kernel.statistics()) {
@@ -158,39 +158,39 @@ nlohmann::json print_auto(const Tracer& tracer, const std::string& numeric) {
 
 int run_info(InfoArgs& args) {
   nlohmann::json json;
-  if (!args.triangles.empty() && args.engine.scene.empty())
+  if (!args.triangles.empty() && args.world.scene.empty())
     fail(Failure::Arguments, "--triangles needs a SCENE: ballot info SCENE --triangles T.npy");
   for (const auto& [given, option] :
        {std::pair(args.statistics, "--statistics"), std::pair(args.light.sky != "auto", "--sky"),
         std::pair(!args.light.lamps.empty(), "--lamp")})
-    if (given && args.engine.scene.empty())
+    if (given && args.world.scene.empty())
       fail(Failure::Arguments, "{} needs a SCENE: ballot info SCENE {}", option, option);
   find_numeric(args.numeric);
-  args.engine.note_files();
-  args.triangles = args.engine.files.writes("--triangles", args.triangles).string();
-  json["devices"] = list(args.engine.device);
+  args.world.note_files();
+  args.triangles = args.world.files.writes("--triangles", args.triangles).string();
+  json["devices"] = list(args.world.device);
   int code = 0;
-  if (!args.engine.scene.empty()) {
+  if (!args.world.scene.empty()) {
     Opened opened = open_scene(
-        args.engine, {}, [&](Scene& s) { args.light.apply(s, {&s.views[0]}, ""); }, args.statistics);
-    print_scene(opened.engine->scene(), opened.engine->features(), opened.load_s);
-    json.update(print_meshes(opened.engine->scene(), !args.engine.json.empty()));
-    json["animations"] = print_animations(opened.engine->scene());
-    print_bvh(opened.engine->bvh_stats(), opened.engine->forest() != nullptr);
-    const nlohmann::json header = record_header(*opened.engine, opened.load_s);
+        args.world, {}, [&](Scene& s) { args.light.apply(s, {&s.views[0]}, ""); }, args.statistics);
+    print_scene(opened.world->scene(), opened.world->features(), opened.load_s);
+    json.update(print_meshes(opened.world->scene(), !args.world.json.empty()));
+    json["animations"] = print_animations(opened.world->scene());
+    print_bvh(opened.world->bvh_stats(), opened.world->forest() != nullptr);
+    const nlohmann::json header = record_header(*opened.world, opened.load_s);
     json.update(header);
-    json["variants"] = print_variants(opened.engine->device(), opened.engine->features().tree);
-    if (args.statistics) json["statistics"] = print_statistics(*opened.engine, args.numeric);
-    json["auto"] = print_auto(opened.engine->tracer(), args.numeric);
-    json.update(print_features(*opened.engine));
+    json["variants"] = print_variants(opened.world->device(), opened.world->features().tree);
+    if (args.statistics) json["statistics"] = print_statistics(*opened.world, args.numeric);
+    json["auto"] = print_auto(opened.world->tracer(), args.numeric);
+    json.update(print_features(*opened.world));
     if (!args.triangles.empty()) {
-      const std::vector<Triangle> all = world_triangles(opened.engine->scene());
+      const std::vector<Triangle> all = world_triangles(opened.world->scene());
       write_triangles(args.triangles, all);
       say("\nwrote {} triangles to {}\n", all.size(), args.triangles);
     }
-    code = finish(*opened.engine);
+    code = finish(*opened.world);
   }
-  write_json(args.engine.json, json);
+  write_json(args.world.json, json);
   return code;
 }
 
@@ -200,7 +200,7 @@ void add_info(CLI::App& app, int& result) {
   const auto [cmd, args] = add_command<InfoArgs>(
       app, result, "info", run_info,
       "lists the Vulkan devices and what they lack; with SCENE also its statistics, BVH and kernels");
-  args->engine.add_to(*cmd, false);
+  args->world.add_to(*cmd, false);
   cmd->add_option("--triangles", args->triangles,
                   "write the world-space triangles, in the order of their prim numbers, to this .npy file:\n"
                   "float32 (n,3,3), for checks by other programs");

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 #include "tools/bench/markdown.h"
 #include "tools/program/cli.h"
 

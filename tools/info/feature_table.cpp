@@ -31,22 +31,22 @@ struct Picture {
   std::vector<KernelSource> kernels;
 };
 
-std::vector<Picture> shadings_of(const Engine& engine) {
+std::vector<Picture> shadings_of(const DeviceScene& world) {
   std::vector<Picture> all;
   for (const Shading& s : kShadings)
-    if (!s.heat) all.push_back({s.name, kernels_of(s, engine.features(), engine.tracer().makes_rays())});
+    if (!s.heat) all.push_back({s.name, kernels_of(s, world.features(), world.tracer().makes_rays())});
   return all;
 }
 
-std::vector<Picture> integrators_of(const Engine& engine) {
+std::vector<Picture> integrators_of(const DeviceScene& world) {
   std::vector<Picture> all;
   for (const Integrator& i : kIntegrators)
-    all.push_back({i.name, kernels_of(i, engine.features(), engine.scene().sky.kind, engine.tracer().makes_rays())});
+    all.push_back({i.name, kernels_of(i, world.features(), world.scene().sky.kind, world.tracer().makes_rays())});
   return all;
 }
 
-nlohmann::json print_kernel(Engine& engine, const KernelSource& source) {
-  const Kernel kernel(*engine.context(), source);
+nlohmann::json print_kernel(DeviceScene& world, const KernelSource& source) {
+  const Kernel kernel(*world.context(), source);
   const KernelTimes& t = kernel.times();
   say("    {:<60} {:>7} bytes  SPIR-V {:.1f} ms{}  pipeline {:.1f} ms\n", source.name, t.spirv_bytes, t.spirv_ms,
       t.from_cache ? " (cached)" : "", t.pipeline_ms);
@@ -59,19 +59,19 @@ nlohmann::json print_kernel(Engine& engine, const KernelSource& source) {
           {"spirv_cached", t.from_cache}, {"pipeline_ms", t.pipeline_ms}, {"statistics", figures}};
 }
 
-nlohmann::json print_pictures(Engine& engine, const std::vector<Picture>& pictures, const char* word) {
+nlohmann::json print_pictures(DeviceScene& world, const std::vector<Picture>& pictures, const char* word) {
   nlohmann::json json = nlohmann::json::array();
   for (const Picture& picture : pictures) {
     say("  {}\n", picture.name);
     nlohmann::json kernels = nlohmann::json::array();
-    for (const KernelSource& source : picture.kernels) kernels.push_back(print_kernel(engine, source));
+    for (const KernelSource& source : picture.kernels) kernels.push_back(print_kernel(world, source));
     json.push_back({{word, picture.name}, {"kernels", kernels}});
   }
   return json;
 }
 
-nlohmann::json print_traversal(const Engine& engine) {
-  const TreeFacts tree = engine.features().tree;
+nlohmann::json print_traversal(const DeviceScene& world) {
+  const TreeFacts tree = world.features().tree;
   say("\ntraversal: stacks of {} entries for a tree of depth {}{}{}\n", stack_entries(tree), tree.depth,
       leaves_loop(tree) ? "" : ", no loop over the one triangle of a leaf",
       tree.far ? ", boxes relative to the middle of the scene" : "");
@@ -105,13 +105,13 @@ nlohmann::json features_json(const SceneFeatures& features) {
           {"far", features.tree.far}};
 }
 
-nlohmann::json print_features(Engine& engine) {
-  nlohmann::json json{{"features", features_json(engine.features())}};
-  json["traversal"] = print_traversal(engine);
+nlohmann::json print_features(DeviceScene& world) {
+  nlohmann::json json{{"features", features_json(world.features())}};
+  json["traversal"] = print_traversal(world);
   say("\nshadings and the kernels that each one runs on this scene, without those of the traversal:\n");
-  json["shadings"] = print_pictures(engine, shadings_of(engine), "shading");
+  json["shadings"] = print_pictures(world, shadings_of(world), "shading");
   say("\nintegrators and the kernels that each one runs on this scene, without those of the traversal:\n");
-  json["integrators"] = print_pictures(engine, integrators_of(engine), "integrator");
+  json["integrators"] = print_pictures(world, integrators_of(world), "integrator");
   return json;
 }
 

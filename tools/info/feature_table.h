@@ -14,6 +14,6 @@ std::string camera_words(const SceneFeatures& features);
 /// Prints the size of the traversal stacks and, for each shading and integrator, a line for each kernel that it runs on
 /// this scene: bytes of SPIR-V, milliseconds to compile, and registers where the driver reports them. Returns the same
 /// as JSON: "features", "traversal", "shadings", "integrators".
-nlohmann::json print_features(Engine& engine);
+nlohmann::json print_features(DeviceScene& world);
 
 }  // namespace ballot::cli

@@ -15,7 +15,7 @@ namespace ballot::cli {
 namespace {
 
 struct PointArgs {
-  EngineArgs engine;
+  SceneArgs world;
   std::string points, out, slice, png, numeric{kDefaultNumeric};
   double limit = 0;
   std::uint32_t grid = 0;  // points along each axis; 0: the points of a file
@@ -92,17 +92,17 @@ void check_slice(const PointArgs& args) {
 }
 
 void note_files(PointArgs& args) {
-  args.engine.note_files();
-  if (!args.points.empty()) args.engine.files.reads("--points", args.points);
-  args.out = args.engine.files.must_write("--out", args.out).string();
-  if (!args.png.empty()) args.engine.files.writes("--png", args.png);
+  args.world.note_files();
+  if (!args.points.empty()) args.world.files.reads("--points", args.points);
+  args.out = args.world.files.must_write("--out", args.out).string();
+  if (!args.png.empty()) args.world.files.writes("--png", args.png);
 }
 
 /// Refuses the inside test of a mesh with open edges, and signs by pseudonormals of one that is not wound alike.
-void need_closed(Engine& engine, const PointArgs& args) {
+void need_closed(DeviceScene& world, const PointArgs& args) {
   if (args.assume_closed) return;
-  const Topology& t = engine.topology();
-  const std::string& scene = args.engine.scene;
+  const Topology& t = world.topology();
+  const std::string& scene = args.world.scene;
   if (args.by_sides() && !t.consistently_wound())
     fail(Failure::Arguments,
          "{}: triangles are wound against each other: at {} of the {} edges both run in the same direction; `ballot "
@@ -114,25 +114,25 @@ void need_closed(Engine& engine, const PointArgs& args) {
          "some; `ballot distance --signed --sign pseudonormal` takes the side of the nearest triangle instead; "
          "{}--assume-closed goes on, and answers near the gaps are then arbitrary",
          scene, t.open, t.edges, shell_word(scene),
-         engine.forest() ? "--instances copy joins meshes that are closed together; " : "");
+         world.forest() ? "--instances copy joins meshes that are closed together; " : "");
 }
 
 /// Prints what was done.
-void print_points(Engine& engine, const PointArgs& args, const AskedPoints& asked, const std::string& found,
+void print_points(DeviceScene& world, const PointArgs& args, const AskedPoints& asked, const std::string& found,
                   const TraceTimes& spent) {
   const std::uint64_t points = asked.count();
   say("{}: {} points, {}, {:.3f} ms on the device, {:.2f} million points/s\n", args.out, points, found, spent.device_ms,
       spent.device_ms > 0 ? double(points) / spent.device_ms * 1e-3 : 0);
-  say("  on {} ({})\n", engine.device().name, engine.device().driver);
+  say("  on {} ({})\n", world.device().name, world.device().driver);
   if (spent.retraced) say("  {} walks were cut short by the driver and done again in pieces\n", spent.retraced);
-  write_json(args.engine.json, {{"scene", engine.scene_facts().name},
-                                {"device", engine.device().name},
-                                {"driver", engine.device().driver},
-                                {"numeric", args.numeric},
-                                {"points", points},
-                                {"grid", asked.grid()},
-                                {"device_ms", spent.device_ms},
-                                {"retraced", spent.retraced}});
+  write_json(args.world.json, {{"scene", world.scene_facts().name},
+                               {"device", world.device().name},
+                               {"driver", world.device().driver},
+                               {"numeric", args.numeric},
+                               {"points", points},
+                               {"grid", asked.grid()},
+                               {"device_ms", spent.device_ms},
+                               {"retraced", spent.retraced}});
 }
 
 PointStream stream_of(const AskedPoints& points, float limit, ProgressBar& bar, const InterruptGuard& interrupt) {
@@ -151,17 +151,17 @@ PointStream stream_of(const AskedPoints& points, float limit, ProgressBar& bar, 
 }
 
 /// Finds which points are inside, and calls take with the answers.
-void find_inside(Engine& engine, const AskedPoints& points, const PointQuery& query, const TakeInside& take,
+void find_inside(DeviceScene& world, const AskedPoints& points, const PointQuery& query, const TakeInside& take,
                  TraceTimes& spent) {
   ProgressBar bar("inside");
   const InterruptGuard interrupt;
-  const TraceTimes times = engine.points().inside(stream_of(points, 0, bar, interrupt), take, query);
+  const TraceTimes times = world.points().inside(stream_of(points, 0, bar, interrupt), take, query);
   spent.device_ms += times.device_ms;
   spent.retraced += times.retraced;
 }
 
 /// Finds the distances. Returns how many points have a triangle.
-std::size_t find_distances(Engine& engine, const PointArgs& args, const AskedPoints& points,
+std::size_t find_distances(DeviceScene& world, const PointArgs& args, const AskedPoints& points,
                            std::vector<float>& distances, TraceTimes& spent) {
   ProgressBar bar("distance");
   const InterruptGuard interrupt;
@@ -173,7 +173,7 @@ std::size_t find_distances(Engine& engine, const PointArgs& args, const AskedPoi
       near += found[i].prim != NO_HIT;
     }
   };
-  spent = engine.points().nearest(stream_of(points, limit, bar, interrupt), take, args.query());
+  spent = world.points().nearest(stream_of(points, limit, bar, interrupt), take, args.query());
   return near;
 }
 
@@ -184,46 +184,46 @@ int run_distance(PointArgs& args) {
     fail(Failure::Arguments, "--limit {}: expected a distance above 0", args.limit);
   check_slice(args);
   const std::optional<AskedPoints> of_file = points_of_file(args);
-  Opened opened = open_scene(args.engine);
-  Engine& engine = *opened.engine;
-  if (args.signed_distance) need_closed(engine, args);
-  const Bounds& bounds = engine.forest() ? engine.scene_facts().bounds : engine.bvh().bounds;
+  Opened opened = open_scene(args.world);
+  DeviceScene& world = *opened.world;
+  if (args.signed_distance) need_closed(world, args);
+  const Bounds& bounds = world.forest() ? world.scene_facts().bounds : world.bvh().bounds;
   const AskedPoints points = of_file ? *of_file : AskedPoints(bounds, args.grid);
   std::vector<float> distances(std::size_t(points.count()));
   TraceTimes spent;
-  const std::size_t near = find_distances(engine, args, points, distances, spent);
+  const std::size_t near = find_distances(world, args, points, distances, spent);
   if (args.signed_distance && !args.by_sides()) {
     const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> inside) {
       for (std::size_t i = 0; i < inside.size(); ++i)
         if (inside[i]) distances[std::size_t(first) + i] *= -1;
     };
-    find_inside(engine, points, args.query(), take, spent);
+    find_inside(world, points, args.query(), take, spent);
   }
   write_distances(args, distances);
   write_slice(args, distances);
-  print_points(engine, args, points, fmt::format("{} with a triangle", near), spent);
-  return finish(engine);
+  print_points(world, args, points, fmt::format("{} with a triangle", near), spent);
+  return finish(world);
 }
 
 int run_inside(PointArgs& args) {
   note_files(args);
   const AskedPoints points = *points_of_file(args);
-  Opened opened = open_scene(args.engine);
-  Engine& engine = *opened.engine;
-  need_closed(engine, args);
+  Opened opened = open_scene(args.world);
+  DeviceScene& world = *opened.world;
+  need_closed(world, args);
   TraceTimes spent;
   std::vector<std::uint8_t> flags(std::size_t(points.count()));
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> inside) {
     std::ranges::copy(inside, flags.begin() + std::ptrdiff_t(first));
   };
-  find_inside(engine, points, args.query(), take, spent);
+  find_inside(world, points, args.query(), take, spent);
   write_flags(args.out, flags);
-  print_points(engine, args, points, fmt::format("{} inside", std::ranges::count(flags, 1)), spent);
-  return finish(engine);
+  print_points(world, args, points, fmt::format("{} inside", std::ranges::count(flags, 1)), spent);
+  return finish(world);
 }
 
 void add_point_options(CLI::App& cmd, PointArgs& args, const char* out) {
-  args.engine.add_to(cmd, true);
+  args.world.add_to(cmd, true);
   cmd.add_option("--points", args.points, "FILE.npy with the points, float32 or float64 (n,3); '-': standard input");
   cmd.add_option("--out", args.out, out)->required();
   cmd.add_option("--numeric", args.numeric,

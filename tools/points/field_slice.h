@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::cli {
 

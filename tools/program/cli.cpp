@@ -20,13 +20,13 @@ std::string scene_extensions() {
   return extensions;
 }
 
-void EngineArgs::add_to(CLI::App& app, bool scene_required) {
+void SceneArgs::add_to(CLI::App& app, bool scene_required) {
   auto* option = app.add_option("SCENE", scene, "scene file, one of: " + scene_extensions());
   if (scene_required) option->required();
   add_options(app);
 }
 
-void EngineArgs::add_options(CLI::App& app) {
+void SceneArgs::add_options(CLI::App& app) {
   app.add_option("--device", device,
                  "Vulkan device: its index in the list of 'ballot info', a part of its name, 'gpu' or 'cpu'\n"
                  "[the best GPU, else a CPU]; e.g. --device llvmpipe");
@@ -50,7 +50,7 @@ void EngineArgs::add_options(CLI::App& app) {
   add_memory(app);
 }
 
-void EngineArgs::note_files() {
+void SceneArgs::note_files() {
   files.reads("SCENE", scene);
   json = files.writes("--json", json).string();
 }
@@ -71,8 +71,8 @@ void add_memory(CLI::App& app) {
       "it is loaded [what the machine has]");
 }
 
-EngineOptions EngineArgs::options() const {
-  EngineOptions o;
+DeviceSceneOptions SceneArgs::options() const {
+  DeviceSceneOptions o;
   o.device = device;
   o.validate = validate;
   o.use_cache = !no_cache;
@@ -82,7 +82,7 @@ EngineOptions EngineArgs::options() const {
   return o;
 }
 
-LoadOptions EngineArgs::load_options() const {
+LoadOptions SceneArgs::load_options() const {
   return {.allow_outside = allow_outside,
           .instances = find_named(kInstancePolicies, instances, "policy of --instances").id};
 }
@@ -122,15 +122,15 @@ Query QueryArgs::query() const {
   return q;
 }
 
-Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, const std::function<void(Scene&)>& check,
+Opened open_scene(const SceneArgs& args, const std::vector<Query>& queries, const std::function<void(Scene&)>& check,
                   bool statistics) {
   const auto start = std::chrono::steady_clock::now();
-  EngineOptions options = args.options();
+  DeviceSceneOptions options = args.options();
   options.statistics = statistics;
   prepare_driver_cache();  // sets variables of the environment, so before there are threads
   // Opening a device takes a GPU's driver 0.1 s, so it begins while the scene is loaded.
   std::future<std::shared_ptr<Context>> device =
-      std::async(std::launch::async, [&] { return Engine::open_device(options); });
+      std::async(std::launch::async, [&] { return DeviceScene::open_device(options); });
   Scene scene = load_scene(args.scene, args.load_options());
   args.files.check_read();
   Opened opened;
@@ -142,15 +142,15 @@ Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries, con
   options.context = device.get();
   opened.device_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - loaded).count();
   ProgressBar bar("building BVH");
-  opened.engine = std::make_unique<Engine>(std::move(scene), options, [&](double done) { bar.update(done); });
+  opened.world = std::make_unique<DeviceScene>(std::move(scene), options, [&](double done) { bar.update(done); });
   return opened;
 }
 
-nlohmann::json record_header(Engine& engine, double load_s) {
-  const nlohmann::json scene = bench::scene_json({engine.scene().name, engine.bvh_stats(), load_s});
-  return {{"device", engine.device().name},
-          {"driver", engine.device().driver},
-          {"subgroup_size", engine.device().subgroup_size},
+nlohmann::json record_header(DeviceScene& world, double load_s) {
+  const nlohmann::json scene = bench::scene_json({world.scene().name, world.bvh_stats(), load_s});
+  return {{"device", world.device().name},
+          {"driver", world.device().driver},
+          {"subgroup_size", world.device().subgroup_size},
           {"commit", commit()},
           {"command", command_line()},
           {"scenes", nlohmann::json::array({scene})},
@@ -161,8 +161,8 @@ void write_json(const std::string& path, const nlohmann::json& json) {
   if (!path.empty()) write_file(path, json_text(json));
 }
 
-void write_json(const std::string& path, Engine& engine, nlohmann::json json) {
-  json["longest_pass"] = bench::longest_json(engine.context()->longest_pass());
+void write_json(const std::string& path, DeviceScene& world, nlohmann::json json) {
+  json["longest_pass"] = bench::longest_json(world.context()->longest_pass());
   write_json(path, json);
 }
 
@@ -177,20 +177,20 @@ void set_command_line(int argc, char** argv) {
 
 const std::string& command_line() { return command; }
 
-int finish(Engine& engine) {
-  if (engine.messages().empty()) return 0;
-  say_aside("ballot: {} validation messages (above)\n", engine.messages().size());
+int finish(DeviceScene& world) {
+  if (world.messages().empty()) return 0;
+  say_aside("ballot: {} validation messages (above)\n", world.messages().size());
   return 1;
 }
 
-int leave(Engine& engine) {
-  const int code = finish(engine);
+int leave(DeviceScene& world) {
+  const int code = finish(world);
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   constexpr bool kSanitized = true;  // sanitizers report at the end of main()
 #else
   constexpr bool kSanitized = false;
 #endif
-  const Context& gpu = *engine.context();
+  const Context& gpu = *world.context();
   const bool layers = gpu.validating() || std::getenv("VK_INSTANCE_LAYERS") != nullptr;
   if (kSanitized || layers || gpu.has_compiled()) return code;
   flush_text();

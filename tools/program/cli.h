@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 #include "tools/program/command_files.h"
 
 namespace ballot::cli {
@@ -18,7 +18,7 @@ namespace ballot::cli {
 std::string scene_extensions();
 
 /// The options of every command that opens a device and builds a BVH.
-struct EngineArgs {
+struct SceneArgs {
   std::string scene;
   std::string device;
   bool validate = false, no_cache = false, allow_outside = false;
@@ -30,7 +30,7 @@ struct EngineArgs {
 
   void add_to(CLI::App& app, bool scene_required);
   void add_options(CLI::App& app);  // all options except the scene
-  EngineOptions options() const;
+  DeviceSceneOptions options() const;
   LoadOptions load_options() const;  // throws Error(Arguments) for an unknown --instances
   /// Notes the scene as an input and --json as an output. Each command calls it before it prints or works: "--json -"
   /// claims standard output. Throws as CommandFiles does.
@@ -51,7 +51,7 @@ struct QueryArgs {
 
 /// An engine with its scene, and the time that loading took.
 struct Opened {
-  std::unique_ptr<Engine> engine;
+  std::unique_ptr<DeviceScene> world;
   double load_s = 0;    // seconds to load the scene file
   double device_s = 0;  // seconds to wait for the device behind it
 };
@@ -59,15 +59,15 @@ struct Opened {
 /// that and may change its views and lights. Files that the scene consists of must not be outputs. Queries that
 /// the device cannot run are refused before the BVH is built. `statistics` asks the driver for pipeline statistics.
 /// Throws Error.
-Opened open_scene(const EngineArgs& args, const std::vector<Query>& queries = {},
+Opened open_scene(const SceneArgs& args, const std::vector<Query>& queries = {},
                   const std::function<void(Scene&)>& check = {}, bool statistics = false);
 
 /// Returns the JSON object that a command fills with records: the keys device, driver, subgroup_size, commit, command,
 /// and the scene's BVH figures under scenes.
-nlohmann::json record_header(Engine& engine, double load_s);
+nlohmann::json record_header(DeviceScene& world, double load_s);
 void write_json(const std::string& path, const nlohmann::json& json);  // does nothing if path is empty
 /// The same with the key longest_pass: the pass that took longest on the device so far.
-void write_json(const std::string& path, Engine& engine, nlohmann::json json);
+void write_json(const std::string& path, DeviceScene& world, nlohmann::json json);
 /// Prints which pass took longest on the device.
 void print_longest(const Context::Timed& pass);
 
@@ -83,13 +83,13 @@ void set_command_line(int argc, char** argv);
 const std::string& command_line();
 
 /// Returns the exit code of a command that succeeded: 1 if --validate collected messages, else 0.
-int finish(Engine& engine);
+int finish(DeviceScene& world);
 
 /// The end of a command whose work is done and whose files are written: ends the process with the code of finish() and
 /// leaves memory and device to the system, which is faster than taking them apart. Returns that code instead, so that
 /// all is destroyed, where somebody still needs it: a driver that may be writing its caches (Context::has_compiled),
 /// layers and sanitizers, which report what is left.
-int leave(Engine& engine);
+int leave(DeviceScene& world);
 
 /// Adds a command: `run` gets its arguments, which live as long as the app, and returns the exit code. Returns the
 /// command, to which options are added, and the arguments.

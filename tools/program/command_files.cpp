@@ -6,7 +6,7 @@
 #include <optional>
 #include <system_error>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::cli {
 

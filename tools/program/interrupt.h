@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot {
 

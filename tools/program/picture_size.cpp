@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::cli {
 

@@ -75,21 +75,21 @@ void RunArgs::add_options(CLI::App& cmd) {
   cmd.add_flag("--sweep", plan.sweep,
                "first try several values of each method's threshold; then also measure METHOD(best), the method with "
                "the\nfastest one");
-  engine.add_options(cmd);
+  world.add_options(cmd);
 }
 
 void RunArgs::note_files() {
-  for (const std::string& scene : scenes) engine.files.reads("SCENE", scene);
-  engine.note_files();
+  for (const std::string& scene : scenes) world.files.reads("SCENE", scene);
+  world.note_files();
 }
 
 void RunArgs::save(const bench::Document& document) const {
-  if (!document.partial || !descriptor_of(engine.json)) write_json(engine.json, bench::to_json(document));
+  if (!document.partial || !descriptor_of(world.json)) write_json(world.json, bench::to_json(document));
 }
 
 bench::RunOptions RunArgs::options() const {
   bench::RunOptions checked = run;
-  checked.engine = engine.options();
+  checked.world = world.options();
   checked.command = command_line();
   if (checked.repeats < 1 || checked.repeats > 10000)
     fail(Failure::Arguments, "--repeat: {} is not between 1 and 10000", checked.repeats);
@@ -106,7 +106,7 @@ bench::Plan RunArgs::make_plan() const {
   if (plan.sweep && made.sweeps.empty())
     say_aside("ballot: note: --sweep has no effect: none of the methods has a threshold\n");
   const auto devices = list_devices();
-  const DeviceInfo& device = devices[choose_device(devices, engine.device)];
+  const DeviceInfo& device = devices[choose_device(devices, world.device)];
   for (const Query& query : made.queries())
     kernel_config_for(find_method(query.method), find_numeric(query.numeric), device, query.knobs);
   return made;

@@ -9,7 +9,7 @@
 namespace ballot::cli {
 
 struct RunArgs {
-  EngineArgs engine;
+  SceneArgs world;
   std::vector<std::string> scenes;
   bench::PlanArgs plan;
   bench::RunOptions run;

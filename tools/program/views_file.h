@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::cli {
 

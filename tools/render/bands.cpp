@@ -95,7 +95,7 @@ Image without_values(const fs::path& exr, const Window& window, const BandPlan& 
 
 }  // namespace
 
-BandPlan plan_bands(Engine& engine, const View& view, const RenderOptions& options, const BandWish& wish) {
+BandPlan plan_bands(DeviceScene& world, const View& view, const RenderOptions& options, const BandWish& wish) {
   const Window window = options.window();
   const PictureBytes bytes = picture_bytes(options);
   const std::uint64_t all = pixels_of(window);
@@ -105,8 +105,8 @@ BandPlan plan_bands(Engine& engine, const View& view, const RenderOptions& optio
   for (const Window& band : plan.bands) largest = std::max(largest, pixels_of(band));
   const std::uint64_t kept = (wish.png ? 3 * all : 0) + (plan.in_bands() && paints_by_all(options) ? 4 * all : 0);
   plan.host_bytes = std::max(largest * bytes.rendered, largest * bytes.channels + kept);
-  plan.device_bytes = engine.render_bytes_for(view, with_window(options, plan.bands[0]));
-  need_memory(plan.host_bytes + (engine.device().is_cpu() ? plan.device_bytes : 0),
+  plan.device_bytes = world.render_bytes_for(view, with_window(options, plan.bands[0]));
+  need_memory(plan.host_bytes + (world.device().is_cpu() ? plan.device_bytes : 0),
               fmt::format("view {} of {} x {} pixels", view.name, window.x1 - window.x0, window.y1 - window.y0),
               "use --band with fewer rows");
   return plan;
@@ -122,7 +122,7 @@ void announce(const View& view, const RenderOptions& options, const BandPlan& pl
       size_text(plan.host_bytes + (is_cpu ? plan.device_bytes : 0)), there);
 }
 
-Rendered render_bands(Engine& engine, const View& view, const RenderJob& job, const fs::path& exr,
+Rendered render_bands(DeviceScene& world, const View& view, const RenderJob& job, const fs::path& exr,
                       const BandPlan& plan) {
   Rendered all;
   for (const Window& band : plan.bands) {
@@ -130,12 +130,12 @@ Rendered render_bands(Engine& engine, const View& view, const RenderJob& job, co
     part.options = with_window(job.options, band);
     part.rows = fmt::format(", rows {} to {}", band.y0, band.y1 - 1);
     const fs::path file = band_file(exr, band);
-    const std::string text = job_of(engine, view, part.options);
+    const std::string text = job_of(world, view, part.options);
     if (job.resume && is_there(file, text)) {
       ++all.bands_there;
       continue;
     }
-    Rendered done = render_job(engine, view, part, file);
+    Rendered done = render_job(world, view, part, file);
     done.image.attributes[kJob] = text;
     set_colors(done.image, Pixel::Float);
     write_exr(file, done.image, Links::Replace);

@@ -24,7 +24,7 @@ struct BandWish {
 /// Divides a picture. Bands have at most 2^23 pixels and take at most half of the memory that is left; a picture of up
 /// to 2^24 pixels that does so is rendered whole. Throws Error(Work), with both figures, if it does not fit into the
 /// memory that is left.
-BandPlan plan_bands(Engine& engine, const View& view, const RenderOptions& options, const BandWish& wish);
+BandPlan plan_bands(DeviceScene& world, const View& view, const RenderOptions& options, const BandWish& wish);
 
 /// Says in how many bands the picture is rendered, and what memory it takes.
 void announce(const View& view, const RenderOptions& options, const BandPlan& plan, bool is_cpu);
@@ -32,7 +32,7 @@ void announce(const View& view, const RenderOptions& options, const BandPlan& pl
 /// Renders the bands that are not there yet as pictures of their own, beside `exr`. The image of the result has the
 /// size of the whole, the channels without values, and the attributes. If job.resume is set, bands of an earlier run
 /// are taken over. Throws as render_job().
-Rendered render_bands(Engine& engine, const View& view, const RenderJob& job, const std::filesystem::path& exr,
+Rendered render_bands(DeviceScene& world, const View& view, const RenderJob& job, const std::filesystem::path& exr,
                       const BandPlan& plan);
 
 /// Joins the bands to the picture. `whole` has size, channels and attributes. `png` is empty if none is wanted; `links`

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct RenderArgs {
-  EngineArgs engine;
+  SceneArgs world;
   QueryArgs query;
   std::string view = "all", size = "1024x1024", shading = "eyelight", out = ".";
   ToneArgs tone;
@@ -117,10 +117,10 @@ void prepare(RenderArgs& args, const FramePlan& plan, std::vector<fs::path> file
     if (error) fail(Failure::Work, "--out {}: cannot create the folder: {}", args.out, error.message());
   }
   for (const fs::path& file : files) {
-    args.engine.files.writes("--out", file);
-    if (args.png) args.engine.files.writes("--png", png_beside(file));
+    args.world.files.writes("--out", file);
+    if (args.png) args.world.files.writes("--png", png_beside(file));
   }
-  args.engine.files.check_read();
+  args.world.files.check_read();
 }
 
 std::vector<const View*> chosen_views(const RenderArgs& args, const Scene& scene) {
@@ -132,16 +132,16 @@ std::vector<const View*> chosen_views(const RenderArgs& args, const Scene& scene
 
 void render_view(const RenderArgs& args, Opened& opened, const View& view, const RenderJob& job, const fs::path& exr,
                  const FrameOf& of, nlohmann::json& json) {
-  Engine& engine = *opened.engine;
+  DeviceScene& world = *opened.world;
   const RenderOptions& options = job.options;
   const bool whole = job.reference || args.denoiser;
-  const BandPlan plan = plan_bands(engine, view, options, {args.band, whole, args.png});
-  if (args.verbose || plan.in_bands()) announce(view, options, plan, engine.device().is_cpu());
-  Rendered rendered = plan.in_bands() ? render_bands(engine, view, job, exr, plan) : render_job(engine, view, job, exr);
+  const BandPlan plan = plan_bands(world, view, options, {args.band, whole, args.png});
+  if (args.verbose || plan.in_bands()) announce(view, options, plan, world.device().is_cpu());
+  Rendered rendered = plan.in_bands() ? render_bands(world, view, job, exr, plan) : render_job(world, view, job, exr);
   const auto written = std::chrono::steady_clock::now();
   const RenderTimes& times = rendered.times;
   Image& image = rendered.image;
-  if (args.denoiser) denoise(*args.denoiser, engine, view, options, image);
+  if (args.denoiser) denoise(*args.denoiser, world, view, options, image);
   label_frame(image, of.plan, of.frame, of.job);
   const Tone tone = args.tone.tone_for(args.shading);
   label_tone(image, tone);
@@ -161,7 +161,7 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
   if (args.verbose) print_times(times, wall, args.png);
   if (!rendered.errors.empty()) report_errors(rendered, exr);
   if (times.heat_top > 0) say("  {:<10} heat map of {}: yellow stands for {:.4g}\n", "", options.heat, times.heat_top);
-  json["records"].push_back({{"scene", engine.scene().name},
+  json["records"].push_back({{"scene", world.scene().name},
                              {"view", view.name},
                              {"rays", "primary"},
                              {"any", false},
@@ -181,19 +181,19 @@ void render_view(const RenderArgs& args, Opened& opened, const View& view, const
                              {"mrays_per_s", times.mrays_per_s()},
                              {"passes", passes_json(times)},
                              {"wall", wall_json(wall)},
-                             {"scene_bytes", engine.bvh_stats().bytes},
-                             {"render_bytes", engine.render_bytes()},
+                             {"scene_bytes", world.bvh_stats().bytes},
+                             {"render_bytes", world.render_bytes()},
                              {"exr", exr.string()},
                              {"png", args.png ? png.string() : ""}});
   json["records"].back().update(of.json);
 }
 
 /// Moves the scene to a frame. Returns the JSON of it.
-nlohmann::json begin_frame(Engine& engine, const FramePlan& plan, const Frame& frame) {
+nlohmann::json begin_frame(DeviceScene& world, const FramePlan& plan, const Frame& frame) {
   if (plan.animation.empty()) return nlohmann::json::object();
-  if (plan.numbered) engine.set_time(plan.clip, frame.seconds, plan.update);
-  const Engine::Update& update = engine.last_update();
-  const double decay = engine.refit_policy().decay();
+  if (plan.numbered) world.set_time(plan.clip, frame.seconds, plan.update);
+  const DeviceScene::Update& update = world.last_update();
+  const double decay = world.refit_policy().decay();
   if (plan.numbered)
     say("frame {:04}, {:.4f} s: pose {:.3f} ms, tree {} and scene made ready in {:.3f} ms, SAH {:.3f} of the build's\n",
         frame.number, frame.seconds, update.pose_s * 1e3, update.refitted ? "refitted" : "built", update.seconds * 1e3,
@@ -210,7 +210,7 @@ std::size_t render_frames(const RenderArgs& args, Opened& opened, const FramePla
   std::vector<std::string> jobs(views.size());
   if (plan.numbered)
     for (std::size_t i = 0; i < views.size(); ++i)
-      jobs[i] = job_of(*opened.engine, *views[i], job.options) + (args.denoiser ? " denoised" : "");
+      jobs[i] = job_of(*opened.world, *views[i], job.options) + (args.denoiser ? " denoised" : "");
   std::size_t there = 0;
   for (const Frame& frame : plan.frames) {
     nlohmann::json at;  // null: the scene has not moved to the frame yet
@@ -221,7 +221,7 @@ std::size_t render_frames(const RenderArgs& args, Opened& opened, const FramePla
         ++there;
         continue;
       }
-      if (at.is_null()) at = begin_frame(*opened.engine, plan, frame);
+      if (at.is_null()) at = begin_frame(*opened.world, plan, frame);
       render_view(args, opened, *views[i], job, file, {plan, frame, jobs[i], at}, json);
     }
   }
@@ -255,8 +255,8 @@ void check_out(const RenderArgs& args) {
 }
 
 int run_render(RenderArgs& args) {
-  args.engine.note_files();
-  args.engine.files.reads("--reference", args.reference);
+  args.world.note_files();
+  args.world.files.reads("--reference", args.reference);
   RenderJob job{.options = options_of(args), .checkpoint_s = args.checkpoint_s, .resume = args.resume};
   job.again = command_line() + (args.resume ? "" : " --resume");
   const RenderOptions& options = job.options;
@@ -269,7 +269,7 @@ int run_render(RenderArgs& args) {
   std::vector<View> views_given;
   if (!args.views_file.empty()) views_given = read_views(args.views_file);
   FramePlan plan;
-  Opened opened = open_scene(args.engine, {options.query}, [&](Scene& scene) {
+  Opened opened = open_scene(args.world, {options.query}, [&](Scene& scene) {
     plan = plan_frames(args.frames, scene);
     if (!plan.animation.empty() && !plan.numbered)
       set_pose(scene, &scene.animation->clips[plan.clip], plan.frames[0].seconds);
@@ -278,26 +278,26 @@ int run_render(RenderArgs& args) {
     outputs_of(args, scene, wanted);
     args.light.apply(scene, wanted, args.shading);
   });
-  Engine& engine = *opened.engine;
-  if (const std::string note = engine.picture_note(); !note.empty())
-    say_aside("ballot: {}: {}\n", args.engine.scene, note);
-  const auto views = chosen_views(args, engine.scene());
-  const auto files = outputs_of(args, engine.scene(), views);
+  DeviceScene& world = *opened.world;
+  if (const std::string note = world.picture_note(); !note.empty())
+    say_aside("ballot: {}: {}\n", args.world.scene, note);
+  const auto views = chosen_views(args, world.scene());
+  const auto files = outputs_of(args, world.scene(), views);
   prepare(args, plan, files);
   Query query = options.query;
   query.rays = kPrimaryRays;
-  say("{}: {} triangles on {}\n", engine.scene().name, engine.triangle_count(), engine.device().name);
+  say("{}: {} triangles on {}\n", world.scene().name, world.triangle_count(), world.device().name);
   if (args.verbose)
-    say("  {}, subgroup {}; load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", engine.device().driver,
-        engine.tracer().variant(query).config.subgroup, opened.load_s, opened.device_s, engine.start_times().bvh_s,
-        engine.bvh_stats().from_cache ? " (cached)" : "");
-  nlohmann::json json = record_header(engine, opened.load_s);
+    say("  {}, subgroup {}; load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", world.device().driver,
+        world.tracer().variant(query).config.subgroup, opened.load_s, opened.device_s, world.start_times().bvh_s,
+        world.bvh_stats().from_cache ? " (cached)" : "");
+  nlohmann::json json = record_header(world, opened.load_s);
   if (const std::size_t there = render_frames(args, opened, plan, job, views, files, json); there > 0)
     say("  {} pictures were complete and left out\n", there);
-  if (args.verbose) print_kernel(engine, query);
-  if (args.verbose) print_longest(engine.context()->longest_pass());
-  write_json(args.engine.json, engine, json);
-  return leave(engine);
+  if (args.verbose) print_kernel(world, query);
+  if (args.verbose) print_longest(world.context()->longest_pass());
+  write_json(args.world.json, world, json);
+  return leave(world);
 }
 
 void add_light_options(CLI::App& cmd, RenderArgs& args) {
@@ -346,7 +346,7 @@ void add_render(CLI::App& app, int& result) {
   for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
   for (const Shading& s : kShadings) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
   for (const Integrator& i : kIntegrators) shadings += fmt::format("\n  {:<12} {}", i.name, i.summary);
-  args->engine.add_to(*cmd, true);
+  args->world.add_to(*cmd, true);
   args->query.add_to(*cmd);
   cmd->add_option("--view", args->view,
                   "name of a camera of the scene, or 'all' [all]; 'ballot info SCENE' lists them");

@@ -19,11 +19,11 @@ std::vector<float> colors_of(const Image& image) {
   return all;
 }
 
-Image feature(Engine& engine, const View& view, RenderOptions options, const char* shading) {
+Image feature(DeviceScene& world, const View& view, RenderOptions options, const char* shading) {
   options.shading = shading;
   options.spp = std::min(options.spp, kFeatureSamples);
   options.aovs = {"color"};
-  return engine.render(view, options);
+  return world.render(view, options);
 }
 
 void add(Image& image, const std::string& group, const std::vector<float>& values) {
@@ -46,9 +46,10 @@ void check_denoised(const RenderOptions& options) {
          "--denoise: needs the whole picture with its colours; leave out --tiles, and add color to --aov");
 }
 
-void denoise(const Denoiser& denoiser, Engine& engine, const View& view, const RenderOptions& options, Image& image) {
-  const Image normals = feature(engine, view, options, "normals");
-  NoisyPicture noisy{image.width, image.height, colors_of(image), colors_of(feature(engine, view, options, "albedo")),
+void denoise(const Denoiser& denoiser, DeviceScene& world, const View& view, const RenderOptions& options,
+             Image& image) {
+  const Image normals = feature(world, view, options, "normals");
+  NoisyPicture noisy{image.width, image.height, colors_of(image), colors_of(feature(world, view, options, "albedo")),
                      colors_of(normals)};
   const std::vector<float>& hit = normals.channel("A").floats;  // a share: what misses has no normal
   for (std::size_t i = 0; i < noisy.normal.size(); ++i) noisy.normal[i] = 2 * noisy.normal[i] - hit[i / 3];

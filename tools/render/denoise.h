@@ -10,6 +10,7 @@ void check_denoised(const RenderOptions& options);
 
 /// Replaces a picture's colours by those without noise, keeps the rendered ones as noisy.R, noisy.G and noisy.B, and
 /// adds albedo.R, albedo.G and albedo.B. Renders albedo and normals of the view for it. Throws Error(Work).
-void denoise(const Denoiser& denoiser, Engine& engine, const View& view, const RenderOptions& options, Image& image);
+void denoise(const Denoiser& denoiser, DeviceScene& world, const View& view, const RenderOptions& options,
+             Image& image);
 
 }  // namespace ballot::cli

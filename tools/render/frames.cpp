@@ -134,8 +134,8 @@ fs::path frame_file(const fs::path& exr, std::uint32_t frame) {
   return file.replace_filename(fmt::format("{}-{:04}.exr", exr.stem().string(), frame));
 }
 
-std::string job_of(const Engine& engine, const View& view, const RenderOptions& options) {
-  std::string text = engine.made_of(view, options);
+std::string job_of(const DeviceScene& world, const View& view, const RenderOptions& options) {
+  std::string text = world.made_of(view, options);
   for (const std::string& aov : options.aovs) text += aov + "\n";
   text += fmt::format("heat: {}\nstatistics: {}\n", options.heat, options.stats);
   return fmt::format("{:016x}", std::hash<std::string>{}(text));

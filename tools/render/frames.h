@@ -50,7 +50,7 @@ std::string_view update_name(UpdateMode mode);
 std::filesystem::path frame_file(const std::filesystem::path& exr, std::uint32_t frame);
 
 /// Returns what decides the bits of a view's frames, but for their time, as a short text. The scene must be at rest.
-std::string job_of(const Engine& engine, const View& view, const RenderOptions& options);
+std::string job_of(const DeviceScene& world, const View& view, const RenderOptions& options);
 
 /// Adds to a picture what tells its frame, and whether a later run has to draw it again.
 void label_frame(Image& image, const FramePlan& plan, const Frame& frame, const std::string& job);

@@ -28,10 +28,10 @@ bool can_checkpoint(const Film& film) { return film.stats.empty(); }
 
 fs::path errors_of(const fs::path& exr) { return fs::path(exr).replace_extension(".errors.json"); }
 
-void add_error(Engine& engine, Film& film, const View& view, const RenderJob& job, Rendered& done) {
-  engine.collect(film, done.times);
+void add_error(DeviceScene& world, Film& film, const View& view, const RenderJob& job, Rendered& done) {
+  world.collect(film, done.times);
   RenderTimes times = done.times;
-  const Image image = engine.picture(film, view, job.options, times);
+  const Image image = world.picture(film, view, job.options, times);
   done.errors.push_back({film.samples, done.times.seconds, image_error(image, *job.reference)});
 }
 
@@ -49,12 +49,12 @@ std::string save(const fs::path& checkpoint, const Film& film, const std::string
 class KeptFilm {
  public:
   /// Copies the film, unless copies would take more than their share of the time, or half of the memory that is left.
-  void keep(Engine& engine, Film& film, RenderTimes& times) {
+  void keep(DeviceScene& world, Film& film, RenderTimes& times) {
     if (!can_checkpoint(film) || kKeepShare * seconds_since(at_) < cost_s_) return;
     const std::uint64_t bytes = film.pixels.size() * sizeof film.pixels[0] + film.moments.size() * sizeof(glm::vec3);
     if (film_.pixels.empty() && bytes > memory_left() / 2) return;
     const Clock::time_point start = Clock::now();
-    engine.collect(film, times);
+    world.collect(film, times);
     film_ = film;
     cost_s_ = seconds_since(start);
     at_ = Clock::now();
@@ -69,7 +69,7 @@ class KeptFilm {
 
 /// The rendering of one view, in steps.
 struct Rendering {
-  Engine& engine;
+  DeviceScene& world;
   const View& view;
   const RenderJob& job;
   fs::path checkpoint;
@@ -88,8 +88,8 @@ struct Rendering {
 /// Writes a checkpoint. Returns why it could not be written, such as a full disk; "" if it was.
 std::string Rendering::save() {
   if (!can_checkpoint(film)) return "pictures with counters have no checkpoints";
-  engine.collect(film, done.times);
-  std::string failure = ::ballot::cli::save(checkpoint, film, engine.made_of(view, job.options));
+  world.collect(film, done.times);
+  std::string failure = ::ballot::cli::save(checkpoint, film, world.made_of(view, job.options));
   if (failure.empty()) saved = film.samples;
   return failure;
 }
@@ -110,7 +110,7 @@ void Rendering::lose(const DeviceLost& lost) {
   const bool collected = film.samples == job.options.spp && film.on_device == 0 && can_checkpoint(film);
   const Film& here = collected ? film : kept.film();
   if (here.samples > saved) {
-    failure = ::ballot::cli::save(checkpoint, here, engine.made_of(view, job.options));
+    failure = ::ballot::cli::save(checkpoint, here, world.made_of(view, job.options));
     if (failure.empty()) saved = here.samples;
   }
   const std::string rest =
@@ -123,9 +123,9 @@ void Rendering::lose(const DeviceLost& lost) {
 /// Adds samples, and notes the error if the next one is due. Returns how many samples the next step should have.
 std::uint32_t Rendering::add_samples(std::uint32_t samples, ProgressBar& bar) {
   const Clock::time_point start = Clock::now();
-  engine.advance_there(film, view, job.options, samples, done.times, [&](double share) { bar.update(share); });
+  world.advance_there(film, view, job.options, samples, done.times, [&](double share) { bar.update(share); });
   const std::uint32_t next = next_step(samples, seconds_since(start));
-  if (film.samples < job.options.spp) kept.keep(engine, film, done.times);  // else the whole film is collected now
+  if (film.samples < job.options.spp) kept.keep(world, film, done.times);  // else the whole film is collected now
   return next;
 }
 
@@ -139,7 +139,7 @@ void Rendering::render(ProgressBar& bar) {
     if (job.reference) samples = std::min(samples, std::max(next_error, film.samples + 1) - film.samples);
     step = add_samples(samples, bar);
     if (job.reference && (film.samples >= next_error || film.samples == spp)) {
-      add_error(engine, film, view, job, done);
+      add_error(world, film, view, job, done);
       next_error = 2 * film.samples;
     }
     if (film.samples == spp) break;
@@ -151,24 +151,24 @@ void Rendering::render(ProgressBar& bar) {
     if (!failure.empty()) say_aside("ballot: no checkpoint, but rendering goes on: {}\n", failure);
     saved_at = Clock::now();
   }
-  engine.collect(film, done.times);
+  world.collect(film, done.times);
 }
 
 }  // namespace
 
 fs::path checkpoint_of(const fs::path& exr) { return fs::path(exr).replace_extension(".checkpoint.exr"); }
 
-Rendered render_job(Engine& engine, const View& view, const RenderJob& job, const fs::path& exr) {
+Rendered render_job(DeviceScene& world, const View& view, const RenderJob& job, const fs::path& exr) {
   const RenderOptions& o = job.options;
   const fs::path checkpoint = checkpoint_of(exr);
   const Clock::time_point begin = Clock::now();
-  Rendering r{engine, view, job, checkpoint};
-  r.film = engine.start_film(o);
+  Rendering r{world, view, job, checkpoint};
+  r.film = world.start_film(o);
   if (job.resume && fs::exists(checkpoint)) {
     if (!can_checkpoint(r.film))
       fail(Failure::Arguments,
            "--resume: pictures with counters (--stats, --shading heat) have no checkpoints; leave it out");
-    read_film(checkpoint, r.film, engine.made_of(view, o), o.spp);
+    read_film(checkpoint, r.film, world.made_of(view, o), o.spp);
     r.done.resumed_at = r.saved = r.film.samples;
   }
   r.done.film_s = seconds_since(begin);
@@ -176,7 +176,7 @@ Rendered render_job(Engine& engine, const View& view, const RenderJob& job, cons
   try {
     r.render(bar);
     const Clock::time_point painted = Clock::now();
-    r.done.image = engine.picture(r.film, view, o, r.done.times);
+    r.done.image = world.picture(r.film, view, o, r.done.times);
     r.done.film_s += seconds_since(painted) + r.done.times.film_s;
   } catch (const DeviceLost& lost) {
     bar.hide();

@@ -45,8 +45,8 @@ std::filesystem::path checkpoint_of(const std::filesystem::path& exr);
 /// picture cannot be written. A checkpoint that cannot be written gives a warning, and rendering goes on.
 /// SIGINT, SIGTERM and SIGHUP end the rendering after the current step: a checkpoint is written and Stopped thrown.
 /// If the device is lost, what the host has of the film becomes the checkpoint, and DeviceLost says so.
-/// Throws as Engine::render and read_film do.
-Rendered render_job(Engine& engine, const View& view, const RenderJob& job, const std::filesystem::path& exr);
+/// Throws as DeviceScene::render and read_film do.
+Rendered render_job(DeviceScene& world, const View& view, const RenderJob& job, const std::filesystem::path& exr);
 
 /// Deletes the checkpoint of a picture that has been written.
 void finish_job(const std::filesystem::path& exr);

@@ -35,11 +35,11 @@ void print_times(const RenderTimes& times, const Wall& wall, bool png) {
       wall.host_s(), wall.film_s, png ? "EXR and PNG" : "EXR", wall.write_s);
 }
 
-void print_kernel(Engine& engine, const Query& query) {
-  const Query concrete = engine.picture_tracer().resolve(query);
+void print_kernel(DeviceScene& world, const Query& query) {
+  const Query concrete = world.picture_tracer().resolve(query);
   if (query.method == kAuto) say("  auto: {}, for rays of class {}\n", concrete.method, query.rays);
-  say("  {}\n", engine.picture_tracer().variant(concrete).name());
-  const KernelTimes& kernel = engine.picture_tracer().kernel(concrete).times();
+  say("  {}\n", world.picture_tracer().variant(concrete).name());
+  const KernelTimes& kernel = world.picture_tracer().kernel(concrete).times();
   say("  kernel: {} bytes of SPIR-V {} in {:.1f} ms, pipeline {:.1f} ms (a CPU driver compiles at the first "
       "dispatch)\n",
       kernel.spirv_bytes, kernel.from_cache ? "from the cache" : "compiled", kernel.spirv_ms, kernel.pipeline_ms);

@@ -17,6 +17,6 @@ nlohmann::json wall_json(const Wall& wall);
 void print_times(const RenderTimes& times, const Wall& wall, bool png);
 
 /// Prints the kernel that traced the primary rays, and what auto chose.
-void print_kernel(Engine& engine, const Query& query);
+void print_kernel(DeviceScene& world, const Query& query);
 
 }  // namespace ballot::cli

@@ -11,7 +11,7 @@ namespace ballot::cli {
 namespace {
 
 struct TraceArgs {
-  EngineArgs engine;
+  SceneArgs world;
   QueryArgs query;
   std::vector<std::string> rays, out, ray_masks;
   std::string part, masks, cull;
@@ -46,34 +46,34 @@ void check_files(TraceArgs& args) {
   if (args.rays.size() != args.out.size())
     fail(Failure::Arguments, "--rays names {} files and --out {}; expected as many", args.rays.size(), args.out.size());
   if (std::ranges::count(args.rays, "-") > 1) fail(Failure::Arguments, "'-' can be named once in --rays");
-  args.engine.note_files();
+  args.world.note_files();
   if (!args.ray_masks.empty() && args.ray_masks.size() != args.rays.size())
     fail(Failure::Arguments, "--rays names {} files and --ray-masks {}; expected as many", args.rays.size(),
          args.ray_masks.size());
   if (!args.ray_masks.empty() && !args.part.empty())
     fail(Failure::Arguments, "--ray-masks and --part: give one of them");
-  if (!args.masks.empty()) args.engine.files.reads("--masks", args.masks);
-  for (const std::string& masks : args.ray_masks) args.engine.files.reads("--ray-masks", masks);
-  for (const std::string& rays : args.rays) args.engine.files.reads("--rays", rays);
-  for (std::string& out : args.out) out = args.engine.files.must_write("--out", out).string();
+  if (!args.masks.empty()) args.world.files.reads("--masks", args.masks);
+  for (const std::string& masks : args.ray_masks) args.world.files.reads("--ray-masks", masks);
+  for (const std::string& rays : args.rays) args.world.files.reads("--rays", rays);
+  for (std::string& out : args.out) out = args.world.files.must_write("--out", out).string();
   for (const std::string& rays : args.rays)
     if (rays != "-") open_rays(args, rays);
 }
 
 /// Returns the concrete query by which a file was traced: for method auto, by the class of its first rays.
-Query run_as(const Engine& engine, Query query, const FileTrace& done) {
+Query run_as(const DeviceScene& world, Query query, const FileTrace& done) {
   query.rays = done.ray_class;
-  return engine.tracer().resolve(query, done.rays);
+  return world.tracer().resolve(query, done.rays);
 }
 
 /// Prints what tracing a file gave.
-void print_result(Engine& engine, const std::string& out, const FileTrace& done, Query query, bool verbose) {
+void print_result(DeviceScene& world, const std::string& out, const FileTrace& done, Query query, bool verbose) {
   const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
   say("{}: {} rays, {} hits, {:.3f} ms on the device, {:.2f} Mrays/s\n", out, done.rays, done.hits,
       done.times.device_ms, mrays);
   if (!verbose) return;
-  const Variant variant = engine.tracer().variant(run_as(engine, query, done));
-  say("  {} on {} ({}), subgroup {}\n", variant.name(), engine.device().name, engine.device().driver,
+  const Variant variant = world.tracer().variant(run_as(world, query, done));
+  say("  {} on {} ({}), subgroup {}\n", variant.name(), world.device().name, world.device().driver,
       variant.config.subgroup);
   if (query.method == kAuto)
     say("  auto: {}, for {} rays of class {}\n", variant.method->name, done.rays, done.ray_class);
@@ -81,15 +81,15 @@ void print_result(Engine& engine, const std::string& out, const FileTrace& done,
     say("  {} rays were cut short by the driver and traced again in pieces\n", done.times.retraced);
 }
 
-nlohmann::json record_of(const Engine& engine, const TraceArgs& args, std::size_t i, const FileTrace& done,
+nlohmann::json record_of(const DeviceScene& world, const TraceArgs& args, std::size_t i, const FileTrace& done,
                          Query query) {
   query.rays = done.ray_class;
-  return {{"scene", engine.scene().name},
+  return {{"scene", world.scene().name},
           {"rays", args.rays[i]},
           {"any", args.any},
           {"method", query.method},
           {"knobs", query.knobs},
-          {"variant", engine.tracer().variant(query).name()},
+          {"variant", world.tracer().variant(query).name()},
           {"numeric", query.numeric},
           {"ray_count", done.rays},
           {"hits", done.hits},
@@ -121,9 +121,9 @@ void check_crossings(const TraceArgs& args) {
 
 /// Finds the crossings of each file of rays.
 int run_crossings(TraceArgs& args) {
-  Opened opened = open_scene(args.engine);
+  Opened opened = open_scene(args.world);
   const InterruptGuard interrupt;
-  nlohmann::json json = record_header(*opened.engine, opened.load_s);
+  nlohmann::json json = record_header(*opened.world, opened.load_s);
   const std::vector<std::uint32_t> masks = args.masks.empty() ? std::vector<std::uint32_t>() : read_masks(args.masks);
   CrossingsWanted want{.lists = !args.count};
   want.query = {.most = args.first,
@@ -133,9 +133,9 @@ int run_crossings(TraceArgs& args) {
                                                : Cull::None,
                 .triangle_masks = masks,
                 .alpha = args.alpha};
-  if (!args.masks.empty() && masks.size() != opened.engine->triangle_count())
+  if (!args.masks.empty() && masks.size() != opened.world->triangle_count())
     fail(Failure::Arguments, "--masks {}: found {} masks; expected one for each of the {} triangles", args.masks,
-         masks.size(), opened.engine->triangle_count());
+         masks.size(), opened.world->triangle_count());
   for (std::size_t i = 0; i < args.rays.size(); ++i) {
     CrossingTrace done;
     std::vector<std::uint32_t> ray_masks;
@@ -143,7 +143,7 @@ int run_crossings(TraceArgs& args) {
     want.ray_masks = ray_masks;
     {
       ProgressBar bar("tracing " + args.rays[i]);
-      done = trace_crossings(*opened.engine, open_rays(args, args.rays[i]), args.out[i], want,
+      done = trace_crossings(*opened.world, open_rays(args, args.rays[i]), args.out[i], want,
                              [&](double share) { interrupt.stop("tracing"), bar.update(share); });
     }
     const double mrays = done.times.device_ms > 0 ? double(done.rays) / done.times.device_ms * 1e-3 : 0;
@@ -156,8 +156,8 @@ int run_crossings(TraceArgs& args) {
                                {"dead", done.dead.all()},
                                {"trace_ms", done.times.device_ms}});
   }
-  write_json(args.engine.json, *opened.engine, json);
-  return finish(*opened.engine);
+  write_json(args.world.json, *opened.world, json);
+  return finish(*opened.world);
 }
 
 int run_trace(TraceArgs& args) {
@@ -166,24 +166,24 @@ int run_trace(TraceArgs& args) {
   check_crossings(args);
   check_files(args);
   if (args.crossings()) return run_crossings(args);
-  Opened opened = open_scene(args.engine, {query});
-  Engine& engine = *opened.engine;
+  Opened opened = open_scene(args.world, {query});
+  DeviceScene& world = *opened.world;
   const InterruptGuard interrupt;
-  nlohmann::json json = record_header(engine, opened.load_s);
+  nlohmann::json json = record_header(world, opened.load_s);
   for (std::size_t i = 0; i < args.rays.size(); ++i) {
     FileTrace done;
     {
       ProgressBar bar(args.rays.size() == 1 ? "tracing" : "tracing " + args.rays[i]);
-      done = trace_file(engine, open_rays(args, args.rays[i]), args.out[i], query,
+      done = trace_file(world, open_rays(args, args.rays[i]), args.out[i], query,
                         [&](double share) { interrupt.stop("tracing"), bar.update(share); });
     }
-    print_result(engine, args.out[i], done, query, args.verbose);
+    print_result(world, args.out[i], done, query, args.verbose);
     warn_of_dead(args.rays[i], done.rays, done.dead);
-    json["records"].push_back(record_of(engine, args, i, done, query));
+    json["records"].push_back(record_of(world, args, i, done, query));
   }
-  if (args.verbose) print_longest(engine.context()->longest_pass());
-  write_json(args.engine.json, engine, json);
-  return finish(engine);
+  if (args.verbose) print_longest(world.context()->longest_pass());
+  write_json(args.world.json, world, json);
+  return finish(world);
 }
 
 }  // namespace
@@ -199,7 +199,7 @@ void add_trace(CLI::App& app, int& result) {
       "[('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], with prim 4294967295 on a miss;\n"
       "'ballot info SCENE --triangles T.npy' writes the triangles that prim numbers. Keep rays of like direction next\n"
       "to each other: coherent rays trace faster. Memory is bounded, whatever the number of rays.");
-  args->engine.add_to(*cmd, true);
+  args->world.add_to(*cmd, true);
   args->query.add_to(*cmd);
   cmd->add_option("--rays", args->rays, "FILE.npy with the rays, or several; '-': standard input")->required();
   cmd->add_option("--out", args->out, "FILE.npy for the hits, one for each of --rays; '-': standard output")

@@ -28,7 +28,7 @@ RaySource source_of(RayFile& file, const CrossingsWanted& want, const Progress& 
   return source;
 }
 
-CrossingTrace count_crossings(Engine& engine, RayFile& file, const std::string& to, const CrossingsWanted& want,
+CrossingTrace count_crossings(DeviceScene& world, RayFile& file, const std::string& to, const CrossingsWanted& want,
                               const Progress& progress) {
   CrossingTrace result;
   std::vector<std::uint32_t> counts;
@@ -38,12 +38,12 @@ CrossingTrace count_crossings(Engine& engine, RayFile& file, const std::string& 
     for (const std::uint32_t n : some) result.crossings += n;
     counts.insert(counts.end(), some.begin(), some.end());
   };
-  result.times = engine.rays().count(source, take, want.query);
+  result.times = world.rays().count(source, take, want.query);
   write_numbers(to, std::span<const std::uint32_t>(counts));
   return result;
 }
 
-CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& to, const CrossingsWanted& want,
+CrossingTrace list_crossings(DeviceScene& world, RayFile& file, const std::string& to, const CrossingsWanted& want,
                              const Progress& progress) {
   CrossingTrace result;
   const RaySource source = source_of(file, want, progress);
@@ -59,7 +59,7 @@ CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& t
       out.write(records.data(), records.size() * sizeof(Record));
       result.crossings += records.size();
     };
-    result.times = engine.rays().list(source, take, want.query);
+    result.times = world.rays().list(source, take, want.query);
     start = crossings_start(result.crossings);
     out.seek(0);
     out.write(start.data(), start.size());
@@ -69,14 +69,14 @@ CrossingTrace list_crossings(Engine& engine, RayFile& file, const std::string& t
 
 }  // namespace
 
-CrossingTrace trace_crossings(Engine& engine, RayFile from, const std::string& to, const CrossingsWanted& want,
+CrossingTrace trace_crossings(DeviceScene& world, RayFile from, const std::string& to, const CrossingsWanted& want,
                               const Progress& progress) {
   const std::uint64_t rays = from.count();
   if (!want.ray_masks.empty() && want.ray_masks.size() != rays)
     fail(Failure::Arguments, "--ray-masks: found {} masks; expected one for each of the {} rays", want.ray_masks.size(),
          rays);
   CrossingTrace result =
-      want.lists ? list_crossings(engine, from, to, want, progress) : count_crossings(engine, from, to, want, progress);
+      want.lists ? list_crossings(world, from, to, want, progress) : count_crossings(world, from, to, want, progress);
   result.rays = rays;
   result.dead = from.dead();
   return result;

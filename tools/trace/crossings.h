@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::cli {
 
@@ -22,7 +22,7 @@ struct CrossingTrace {
 };
 
 /// Finds the crossings of the rays of a file and writes them to `to`. A file appears when it is complete. Throws Error.
-CrossingTrace trace_crossings(Engine& engine, RayFile from, const std::string& to, const CrossingsWanted& want,
+CrossingTrace trace_crossings(DeviceScene& world, RayFile from, const std::string& to, const CrossingsWanted& want,
                               const Progress& progress);
 
 }  // namespace ballot::cli

@@ -52,7 +52,7 @@ void WriteBehind::finish() {
 namespace {
 
 /// Traces all rays of a file; `write` gets the bytes of the result.
-FileTrace trace_to(Engine& engine, RayFile file, const WriteBehind::Write& write, const Query& query,
+FileTrace trace_to(DeviceScene& world, RayFile file, const WriteBehind::Write& write, const Query& query,
                    const Progress& progress) {
   FileTrace result;
   result.rays = file.count();
@@ -76,8 +76,8 @@ FileTrace trace_to(Engine& engine, RayFile file, const WriteBehind::Write& write
           },
       .progress = [&](std::uint64_t done) { progress(double(done) / double(result.rays)); },
   };
-  engine.tracer().variant(query);  // an unknown method is an error even without rays
-  result.times = engine.tracer().trace(stream, query);
+  world.tracer().variant(query);  // an unknown method is an error even without rays
+  result.times = world.tracer().trace(stream, query);
   out.finish();
   result.dead = in.dead();
   return result;
@@ -85,16 +85,16 @@ FileTrace trace_to(Engine& engine, RayFile file, const WriteBehind::Write& write
 
 }  // namespace
 
-FileTrace trace_file(Engine& engine, RayFile file, const std::string& to, const Query& query,
+FileTrace trace_file(DeviceScene& world, RayFile file, const std::string& to, const Query& query,
                      const Progress& progress) {
   if (const std::optional<int> stream = descriptor_of(to))
     return trace_to(
-        engine, std::move(file), [&](std::span<const std::byte> bytes) { write_stream(*stream, bytes); }, query,
+        world, std::move(file), [&](std::span<const std::byte> bytes) { write_stream(*stream, bytes); }, query,
         progress);
   FileTrace result;
   write_atomically(to, [&](OutputFile& out) {
     const auto write = [&](std::span<const std::byte> bytes) { out.write(bytes.data(), bytes.size()); };
-    result = trace_to(engine, std::move(file), write, query, progress);
+    result = trace_to(world, std::move(file), write, query, progress);
   });
   return result;
 }

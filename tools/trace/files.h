@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::cli {
 
@@ -58,6 +58,7 @@ struct FileTrace {
 /// Traces the rays of a file and writes their hits to `to`: an open stream such as /dev/stdout gets them as they come,
 /// a file appears when it is complete. The memory does not depend on the number of rays: about 0.4 GiB on the host, as
 /// much on a GPU. Throws Error.
-FileTrace trace_file(Engine& engine, RayFile from, const std::string& to, const Query& query, const Progress& progress);
+FileTrace trace_file(DeviceScene& world, RayFile from, const std::string& to, const Query& query,
+                     const Progress& progress);
 
 }  // namespace ballot::cli

@@ -66,7 +66,7 @@ void add_hard_cases(const VerifyArgs& args, const bench::RunOptions& options, co
   const auto begin = [&](const DeviceInfo& device) {
     if (document.device.empty()) document = bench::header(device, plan, with_size(options, device));
   };
-  verify::HardResult hard = verify::run_hard_cases(plan.entries, {options.engine, args.quick, options.cases}, begin);
+  verify::HardResult hard = verify::run_hard_cases(plan.entries, {options.world, args.quick, options.cases}, begin);
   document.hard = std::move(hard.records);
   document.partial = document.partial || hard.signal != 0;
   if (hard.signal != 0) found.run.signal = hard.signal;
@@ -84,7 +84,7 @@ Found measure(VerifyArgs& args) {
   if (!given.scenes.empty()) scene_plan = given.make_plan();
   if (args.hard) hard = hard_plan(args);
   given.note_files();
-  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.engine.load_options())
+  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.world.load_options())
                            : std::vector<bench::LoadedScene>();
   Found found;
   const auto save = [&](const bench::Document& document) { given.save(document); };
@@ -159,10 +159,8 @@ void add_options(CLI::App& cmd, VerifyArgs& args) {
 
 void run_origins(VerifyArgs& args) {
   args.run.note_files();
-  verify::OriginStudyArgs study{.engine = args.run.engine.options(),
-                                .json = args.run.engine.json,
-                                .command = command_line(),
-                                .quick = args.quick};
+  verify::OriginStudyArgs study{
+      .world = args.run.world.options(), .json = args.run.world.json, .command = command_line(), .quick = args.quick};
   if (!args.run.size.empty()) parse_size(args.run.size, study.width, study.height);
   verify::run_origin_study(study);
 }

@@ -53,7 +53,7 @@ class HardRun {
  public:
   HardRun(const std::vector<Entry>& entries, const HardOptions& options,
           const std::function<void(const DeviceInfo&)>& begin)
-      : entries_(entries), options_(options), begin_(begin), bar_("hard cases"), context_(options.engine.context) {}
+      : entries_(entries), options_(options), begin_(begin), bar_("hard cases"), context_(options.world.context) {}
 
   HardResult run() {
     try {
@@ -94,15 +94,15 @@ class HardRun {
   void answer(const HardCase& hard) try {
     poll(0);
     HardScene made = hard.make(options_.quick);
-    EngineOptions how = options_.engine;
+    DeviceSceneOptions how = options_.world;
     how.build = made.build;
     how.use_cache = false;  // the scenes are small and generated in each run
     how.context = context_;
-    Engine engine(std::move(made.scene), how);
-    context_ = engine.context();
-    if (begin_) std::exchange(begin_, {})(engine.device());
-    for (std::size_t i = 0; i < made.rays.size(); ++i) answer(engine, hard, made.rays, i);
-    result_.messages = engine.messages().size();
+    DeviceScene world(std::move(made.scene), how);
+    context_ = world.context();
+    if (begin_) std::exchange(begin_, {})(world.device());
+    for (std::size_t i = 0; i < made.rays.size(); ++i) answer(world, hard, made.rays, i);
+    result_.messages = world.messages().size();
   } catch (const Error& error) {
     if (error.kind() != Failure::Work) throw;
     HardRecord record = record_of(hard, {}, {});
@@ -110,15 +110,15 @@ class HardRun {
     result_.records.push_back(std::move(record));
   }
 
-  void answer(Engine& engine, const HardCase& hard, const std::vector<HardRays>& sets, std::size_t set) {
+  void answer(DeviceScene& world, const HardCase& hard, const std::vector<HardRays>& sets, std::size_t set) {
     const HardRays& rays = sets[set];
-    const std::unique_ptr<RayBatch> batch = engine.make_batch(rays.name, rays.rays, rays.want);
-    const ExactTruth truth = engine.checker().exact_truth(*batch);
+    const std::unique_ptr<RayBatch> batch = world.make_batch(rays.name, rays.rays, rays.want);
+    const ExactTruth truth = world.checker().exact_truth(*batch);
     std::map<std::string, std::vector<Hit>> first;  // by mode
     for (std::size_t i = 0; i < entries_.size(); ++i) {
       const Entry& entry = entries_[i];
       HardRecord record = record_of(hard, rays, entry);
-      record.errors = engine.checker().verify(*batch, truth, entry.query, options_.listed);
+      record.errors = world.checker().verify(*batch, truth, entry.query, options_.listed);
       const std::vector<Hit> hits = batch->hits();
       if (rays.closed)
         record.leaks = std::uint64_t(std::ranges::count_if(hits, [](const Hit& h) { return h.prim == NO_HIT; }));

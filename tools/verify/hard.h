@@ -10,7 +10,7 @@
 namespace ballot::verify {
 
 struct HardOptions {
-  EngineOptions engine;
+  DeviceSceneOptions world;
   bool quick = false;      // run the small version of each case
   std::size_t listed = 8;  // wrong answers that each record lists, at most
 };

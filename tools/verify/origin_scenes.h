@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::verify {
 

@@ -35,14 +35,14 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-OriginRecord measure(Engine& engine, const OriginPolicy& policy, const OriginStudy& study) {
+OriginRecord measure(DeviceScene& world, const OriginPolicy& policy, const OriginStudy& study) {
   OriginRecord record;
   record.policy = policy.label;
   std::vector<double> offsets, ulps;
-  for (const View& view : engine.scene().views)
+  for (const View& view : world.scene().views)
     for (const RayKind* kind : studied_kinds()) {
-      const auto batch = engine.make_batch(view, *kind, study.width, study.height, policy.options);
-      for (const OriginCheck& check : engine.check_origins(*batch)) {
+      const auto batch = world.make_batch(view, *kind, study.width, study.height, policy.options);
+      for (const OriginCheck& check : world.check_origins(*batch)) {
         ++record.rays;
         record.self_hits += check.self_hit;
         record.lost_contacts += check.lost_contact;
@@ -55,10 +55,10 @@ OriginRecord measure(Engine& engine, const OriginPolicy& policy, const OriginStu
   return record;
 }
 
-void describe(OriginStudy& study, const Engine& engine, const OriginStudyArgs& args) {
-  study.device = engine.device().name;
-  study.driver = engine.device().driver;
-  study.subgroup_size = engine.device().subgroup_size;
+void describe(OriginStudy& study, const DeviceScene& world, const OriginStudyArgs& args) {
+  study.device = world.device().name;
+  study.driver = world.device().driver;
+  study.subgroup_size = world.device().subgroup_size;
   study.commit = commit();
   study.command = args.command;
   study.width = args.width;
@@ -69,7 +69,7 @@ OriginStudy measure_all(const OriginStudyArgs& args) {
   const Grid grid = grid_of(args.quick);
   const std::vector<OriginPolicy> policies = studied_policies();
   OriginStudy study;
-  EngineOptions options = args.engine;
+  DeviceSceneOptions options = args.world;
   options.use_cache = false;  // no other command uses the scenes of this study
   ProgressBar bar("tracing from hits");
   double done = 0;
@@ -77,11 +77,11 @@ OriginStudy measure_all(const OriginStudyArgs& args) {
   for (const OriginScene& scene : origin_scenes())
     for (const double size : grid.sizes)
       for (const double distance : grid.distances) {
-        Engine engine(scene.make(size, distance), options);
-        options.context = engine.context();
-        describe(study, engine, args);
+        DeviceScene world(scene.make(size, distance), options);
+        options.context = world.context();
+        describe(study, world, args);
         for (const OriginPolicy& policy : policies) {
-          OriginRecord record = measure(engine, policy, study);
+          OriginRecord record = measure(world, policy, study);
           record.scene = scene.name;
           record.size = size, record.distance = distance;
           record.offset_share /= size;

@@ -3,18 +3,18 @@
 //
 // A self hit is a ray whose closest hit is the triangle that it starts from. A lost contact is a ray that starts beyond
 // the first hit of the ideal ray, which starts at the exact surface point in the same direction: that hit lies before
-// the ray's origin or t_min (Engine::check_origins).
+// the ray's origin or t_min (DeviceScene::check_origins).
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::verify {
 
 struct OriginStudyArgs {
-  EngineOptions engine;
+  DeviceSceneOptions world;
   std::string json;                       // a file; "": none
   std::string command;                    // the command line, for the JSON
   std::uint32_t width = 32, height = 32;  // of the pictures, as in RenderOptions

@@ -11,7 +11,7 @@ namespace ballot::cli {
 namespace {
 
 struct ViewArgs {
-  EngineArgs engine;
+  SceneArgs world;
   QueryArgs query;
   view::SessionOptions session;
   std::string size = "1280x720";
@@ -21,11 +21,11 @@ struct ViewArgs {
 };
 
 int run_view(const ViewArgs& args) {
-  check_scene_file(args.engine.scene);
+  check_scene_file(args.world.scene);
   view::SessionOptions o = args.session;
-  o.scene = args.engine.scene;
-  o.engine = args.engine.options();
-  o.load = args.engine.load_options();
+  o.scene = args.world.scene;
+  o.world = args.world.options();
+  o.load = args.world.load_options();
   parse_size(args.size, o.width, o.height);
   check_options(RenderOptions{.width = o.width, .height = o.height});
   o.settings.query = args.query.query();
@@ -67,7 +67,7 @@ void add_view(CLI::App& app, int& result) {
   for (const RayKind& k : kRayKinds) kinds += fmt::format("\n  {:<12} {}", k.name, k.summary);
   for (const view::NamedShading& s : view::shadings()) shadings += fmt::format("\n  {:<12} {}", s.name, s.summary);
   for (const HeatKind& h : kHeatKinds) heats += fmt::format("\n  {:<12} {}", h.name, h.what);
-  args->engine.add_to(*cmd, true);
+  args->world.add_to(*cmd, true);
   cmd->remove_option(cmd->get_option("--json"));
   args->query.add_to(*cmd);
   cmd->add_option("--rays", args->session.settings.rays, "ray kind to trace and show [primary]" + kinds);

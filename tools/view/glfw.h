@@ -1,7 +1,7 @@
 // GLFW, loaded at run time, so that every other command works on machines without GLFW or without a display.
 #pragma once
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 // Included after ballot.h: GLFW's header declares its Vulkan functions only if Vulkan's types are known.
 #define GLFW_INCLUDE_NONE

@@ -65,7 +65,7 @@ void draw_exact(const Inspection& i) {
 }  // namespace
 
 void draw_play(Settings& settings, const Facts& facts) {
-  const Animation* animation = facts.engine->scene_facts().animation.get();
+  const Animation* animation = facts.world->scene_facts().animation.get();
   if (!animation) return;
   Playback& p = settings.play;
   title("Animation");
@@ -86,7 +86,7 @@ void draw_play(Settings& settings, const Facts& facts) {
   std::string update(std::ranges::find(kUpdateModes, p.update, &UpdateModeRow::id)->name);
   if (draw_list("tree", update, kUpdateModes)) p.update = find_named(kUpdateModes, update, "update mode").id;
   faint(fmt::format("{}, SAH {:.3f} of its build's", facts.refitted ? "refitted" : "built",
-                    facts.engine->refit_policy().decay()));
+                    facts.world->refit_policy().decay()));
 }
 
 void draw_times(const Facts& facts) {
@@ -114,7 +114,7 @@ void draw_times(const Facts& facts) {
   int placed = 0;
   for (std::size_t p = 0; p < std::size(kFramePasses); ++p) {
     const FramePass& pass = kFramePasses[p];
-    if (pass.moves && !facts.engine->scene_facts().animation) continue;
+    if (pass.moves && !facts.world->scene_facts().animation) continue;
     const double ms = facts.frames.empty() ? 0 : facts.frames.back().*pass.ms;
     if (placed++ % 2) ImGui::SameLine(width / 2 + ImGui::GetStyle().WindowPadding.x);
     const ImVec2 spot = ImGui::GetCursorScreenPos();
@@ -136,7 +136,7 @@ void draw_inspector(const Facts& facts, Wishes& wishes) {
   ImGui::SetNextWindowSizeConstraints({width, 0}, {width, size.y - 2 * kMargin});
   ImGui::Begin("inspector", nullptr, kFixed | (picked ? 0 : ImGuiWindowFlags_NoInputs));
   title(picked ? "Picked pixel" : "Pixel under the mouse");
-  draw_hit(i, facts.engine->scene_facts());
+  draw_hit(i, facts.world->scene_facts());
   if (picked) {
     for (const HeatKind& kind : kHeatKinds)
       if (i.probe.counted) row(std::string(kind.name).c_str(), fmt::format("{:.4g}", kind.value(i.probe.stats)));

@@ -69,9 +69,9 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   ImGui::SetNextWindowPos({kMargin, kMargin});
   ImGui::SetNextWindowSizeConstraints({width, 0}, {width, std::max(100.0f, size.y - 3 * kMargin - 2.6f * em())});
   ImGui::Begin("main", nullptr, kFixed);
-  const DeviceInfo& device = facts.engine->device();
-  text(facts.engine->scene_facts().name + "   " + facts.view_name);
-  faint(fmt::format("{} triangles, subgroup of {}", facts.engine->triangle_count(), device.subgroup_size));
+  const DeviceInfo& device = facts.world->device();
+  text(facts.world->scene_facts().name + "   " + facts.view_name);
+  faint(fmt::format("{} triangles, subgroup of {}", facts.world->triangle_count(), device.subgroup_size));
   wrapped(device.name, faint);
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", device.driver.c_str());
   ImGui::PushItemWidth(-7.5f * em());

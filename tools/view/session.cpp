@@ -34,7 +34,7 @@ std::size_t Session::run() {
     save_view();
   else
     say_times();
-  return engine_->messages().size();
+  return world_->messages().size();
 }
 
 void Session::say(const std::string& message, bool failed) {
@@ -54,7 +54,7 @@ glm::dvec2 Session::screen_scale() const {
 void Session::make_overlay() {
   overlay_.reset();  // only one may exist at a time
   overlay_scale_ = screen_scale();
-  overlay_ = std::make_unique<Overlay>(*engine_->context(), presenter_->pass(), overlay_scale_.x, overlay_scale_.y);
+  overlay_ = std::make_unique<Overlay>(*world_->context(), presenter_->pass(), overlay_scale_.x, overlay_scale_.y);
 }
 
 bool Session::at_rest() const {
@@ -144,7 +144,7 @@ bool Session::announce_kernels() {
   q.rays = settings_.rays;
   // The method's own name is part of the key: auto runs kernels of other methods, and it tries several when it first
   // gets rays of a class.
-  const std::string name = q.method + " " + engine_->picture_tracer().variant(q, counters).kernel_name() + paths;
+  const std::string name = q.method + " " + world_->picture_tracer().variant(q, counters).kernel_name() + paths;
   if (!kernels_.insert(name).second) return false;
   facts_.message = "compiling " + (paths.empty() ? q.method : paths) + " ...";
   facts_.failed = false;
@@ -181,8 +181,8 @@ void Session::trace() {
     dirty_ = true;
     return;
   }
-  if (facts_.shader_error != engine_->shader_error()) {
-    facts_.shader_error = engine_->shader_error();
+  if (facts_.shader_error != world_->shader_error()) {
+    facts_.shader_error = world_->shader_error();
     if (!facts_.shader_error.empty()) say("a shader does not compile", true);
   }
 }
@@ -196,7 +196,7 @@ void Session::add_sample(std::uint32_t index, std::uint32_t count, double scale)
   o.part_ms = moved_ ? 0 : kPartMs;
   o.goes_on = part_.has_value();
   const View view = camera_->view();
-  const LiveTimes times = engine_->live().add_sample(view, o);
+  const LiveTimes times = world_->live().add_sample(view, o);
   part_.reset();
   if (!times.finished) {
     part_ = {index, count};
@@ -221,7 +221,7 @@ void Session::add_sample(std::uint32_t index, std::uint32_t count, double scale)
 
 void Session::show() {
   ShownPicture picture;
-  if (traced_.x) picture = {&engine_->live().pixels(), traced_.x, traced_.y};
+  if (traced_.x) picture = {&world_->live().pixels(), traced_.x, traced_.y};
   const auto paint = [this](VkCommandBuffer cmd) { overlay_->paint(cmd); };
   presenter_->show(picture, paint, window_pixels_.x, window_pixels_.y);
 }

@@ -20,7 +20,7 @@ namespace ballot::view {
 struct SessionOptions {
   std::string scene;
   LoadOptions load;  // of the scene
-  EngineOptions engine;
+  DeviceSceneOptions world;
   Settings settings;
   bool target_given = false;  // false: the device decides settings.target_ms
   std::string view;           // the view to start with; empty: the place where the last session of this scene ended
@@ -42,7 +42,7 @@ class Session {
   void frame();
 
   Window& window() { return *window_; }
-  Engine& engine() { return *engine_; }
+  DeviceScene& world() { return *world_; }
   Settings& settings() { return settings_; }
   const Facts& facts() const { return facts_; }
 
@@ -96,7 +96,7 @@ class Session {
   Settings settings_;
   Display display_;  // opened first, so that a missing one is an error at once, not after minutes of loading
   std::unique_ptr<Window> window_;
-  std::unique_ptr<Engine> engine_;
+  std::unique_ptr<DeviceScene> world_;
   std::unique_ptr<Presenter> presenter_;
   std::unique_ptr<Overlay> overlay_;
   std::unique_ptr<FlyCamera> camera_;

@@ -42,28 +42,28 @@ Tone tone_of(const Integrator* integrator) { return {.neutral = integrator && in
 
 void Session::open(Scene scene) {
   const WindowSurface surface = window_->surface();
-  EngineOptions options = options_.engine;
+  DeviceSceneOptions options = options_.world;
   options.window = &surface;
-  if (engine_) options.context = engine_->context();  // it owns the window's surface
-  engine_.reset();
+  if (world_) options.context = world_->context();  // it owns the window's surface
+  world_.reset();
   const std::string name = scene.name;
   if (options_.light) options_.light(scene);
   ProgressBar bar("building BVH");
-  engine_ = std::make_unique<Engine>(std::move(scene), options, [&](double done) {
+  world_ = std::make_unique<DeviceScene>(std::move(scene), options, [&](double done) {
     bar.update(done);
     window_->set_title(fmt::format("Ballot: {} - building BVH {:.0f} %", name, 100 * done));
   });
   bar.hide();
   if (!presenter_) {
-    presenter_ = engine_->make_presenter();
+    presenter_ = world_->make_presenter();
     make_overlay();
   }
   window_->set_title("Ballot: " + name);
-  if (!options_.target_given) settings_.target_ms = engine_->device().is_cpu() ? 50.0f : 8.0f;
+  if (!options_.target_given) settings_.target_ms = world_->device().is_cpu() ? 50.0f : 8.0f;
   scaler_ = Scaler(double(settings_.target_ms));
-  camera_ = std::make_unique<FlyCamera>(diagonal_of(engine_->scene()));
+  camera_ = std::make_unique<FlyCamera>(diagonal_of(world_->scene()));
   facts_ = Facts{};
-  facts_.engine = engine_.get();
+  facts_.world = world_.get();
   facts_.scene_file = options_.scene;
   kernels_.clear();
   settings_.play = {};
@@ -73,19 +73,19 @@ void Session::open(Scene scene) {
   dirty_ = true;
   shaders_of_ = newest_in(shaders_);
   load_views();
-  say(fmt::format("{}: {} triangles on {} ({})", name, engine_->triangle_count(), engine_->device().name,
-                  engine_->device().driver));
+  say(fmt::format("{}: {} triangles on {} ({})", name, world_->triangle_count(), world_->device().name,
+                  world_->device().driver));
 }
 
 void Session::load_views() {
-  views_ = engine_->scene().views;
+  views_ = world_->scene().views;
   std::error_code error;
   if (fs::exists(views_file(), error))
     for (View& v : cli::read_views(views_file())) views_.push_back(std::move(v));
   if (!options_.view.empty()) {
     for (const View& v : views_)
       if (v.name == options_.view) return go_to(v);
-    find_view(engine_->scene(), options_.view);  // throws an error that lists the names
+    find_view(world_->scene(), options_.view);  // throws an error that lists the names
   }
   if (const auto kept = options_.frames == 0 ? read_cache(saved_view_file()) : std::nullopt) {
     try {
@@ -127,7 +127,7 @@ fs::path Session::saved_view_file() const {
   std::error_code error;
   const fs::path path = fs::weakly_canonical(options_.scene, error);
   const std::string text = error ? options_.scene : path.string();
-  const auto& triangles = engine_->scene().triangles;
+  const auto& triangles = world_->scene().triangles;
   const XXH64_hash_t content = XXH3_64bits(triangles.data(), triangles.size() * sizeof(Triangle));
   const XXH64_hash_t hash = XXH3_64bits_withSeed(text.data(), text.size(), content);
   return cache_folder() / "views" / fmt::format("{:016x}.json", hash);
@@ -144,7 +144,7 @@ void Session::save_view() const {
 
 fs::path Session::views_file() const {
   if (!options_.views_file.empty()) return options_.views_file;
-  return fs::path(options_.out) / (file_name(engine_->scene().name) + "-views.json");
+  return fs::path(options_.out) / (file_name(world_->scene().name) + "-views.json");
 }
 
 // Also moves the camera to exactly the view in the file, so that a later picture of that view equals the one shown.
@@ -166,7 +166,7 @@ void Session::append_view() {
 fs::path Session::next_shot() const {
   std::error_code error;
   for (int n = 1;; ++n) {
-    const fs::path file = fs::path(options_.out) / fmt::format("{}-shot-{}.exr", file_name(engine_->scene().name), n);
+    const fs::path file = fs::path(options_.out) / fmt::format("{}-shot-{}.exr", file_name(world_->scene().name), n);
     if (!fs::exists(file, error)) return file;
   }
 }
@@ -189,7 +189,7 @@ void Session::shoot() {
     o.query = settings_.query;
     const Integrator* integrator = settings_.integrator();
     if (integrator) o.spp = std::uint32_t(settings_.samples), o.clamp = integrator->clamp;
-    const Image image = engine_->render(camera_->view(), o);
+    const Image image = world_->render(camera_->view(), o);
     write_exr(exr, image, Links::Replace);
     write_png(beside.replace_extension(".png"), image, tone_of(integrator), Links::Replace);
     say(fmt::format("wrote {} and .png of view {}", exr.string(), camera_->view().name));
@@ -207,7 +207,7 @@ void Session::watch_shaders() {
 }
 
 void Session::reload(const char* why) {
-  engine_->reload_shaders();
+  world_->reload_shaders();
   kernels_.clear();
   facts_.shader_error.clear();
   dirty_ = true;

@@ -112,7 +112,7 @@ void Session::take_click() {
     dragged_ = false;
     if (over_panel_) return;
     if (const auto pixel = pixel_at(in.mouse)) {
-      const Probe p = engine_->live().probe(camera_->view(), live_options(window_pixels_), pixel->x, pixel->y, false);
+      const Probe p = world_->live().probe(camera_->view(), live_options(window_pixels_), pixel->x, pixel->y, false);
       if (p.hit.prim != NO_HIT) camera_->set_pivot(glm::dvec3(p.ray.origin) + double(p.hit.t) * glm::dvec3(p.ray.dir));
     }
   }
@@ -134,7 +134,7 @@ void Session::hover() {
   const auto pixel = over_panel_ || in.buttons[1] ? std::nullopt : pixel_at(in.mouse);
   if (!pixel || !settings_.panels || traced_.x == 0) return facts_.hovered.reset();
   if (facts_.hovered && facts_.hovered->pixel == *pixel && at_rest()) return;
-  const Probe probe = engine_->live().probe(camera_->view(), live_options(window_pixels_), pixel->x, pixel->y, false);
+  const Probe probe = world_->live().probe(camera_->view(), live_options(window_pixels_), pixel->x, pixel->y, false);
   facts_.hovered.emplace();
   facts_.hovered->pixel = *pixel;
   facts_.hovered->probe = probe;
@@ -147,11 +147,11 @@ void Session::pick(const glm::dvec2& mouse) {
   Inspection i;
   i.pixel = *pixel;
   i.picked = true;
-  i.probe = engine_->live().probe(camera_->view(), o, pixel->x, pixel->y, true);
-  const auto batch = engine_->make_batch("pixel", std::span(&i.probe.ray, 1), Want::Nearest);
-  const ExactTruth truth = engine_->checker().exact_truth(*batch);
+  i.probe = world_->live().probe(camera_->view(), o, pixel->x, pixel->y, true);
+  const auto batch = world_->make_batch("pixel", std::span(&i.probe.ray, 1), Want::Nearest);
+  const ExactTruth truth = world_->checker().exact_truth(*batch);
   const ErrorFigures figures =
-      engine_->checker().judge(std::span(&i.probe.ray, 1), std::span(&i.probe.hit, 1), truth, o.query, 1);
+      world_->checker().judge(std::span(&i.probe.ray, 1), std::span(&i.probe.hit, 1), truth, o.query, 1);
   i.exact = truth.hits[0];
   i.agrees = figures.errors() == 0;
   i.t_ulp = figures.t_ulp.max;
@@ -165,8 +165,8 @@ void Session::pick(const glm::dvec2& mouse) {
 
 void Session::count() {
   const auto batch =
-      engine_->make_batch(camera_->view(), find_ray_kind(settings_.rays), window_pixels_.x, window_pixels_.y);
-  facts_.counters = engine_->count(*batch, settings_.query);
+      world_->make_batch(camera_->view(), find_ray_kind(settings_.rays), window_pixels_.x, window_pixels_.y);
+  facts_.counters = world_->count(*batch, settings_.query);
   const double rays = double(std::max<std::uint64_t>(1, facts_.counters->rays));
   say(fmt::format("{}: {:.1f} nodes per ray", settings_.query.method, double((*facts_.counters)["nodes"]) / rays));
 }

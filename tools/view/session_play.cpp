@@ -8,7 +8,7 @@ namespace ballot::view {
 
 /// Moves the scene to the time that plays or was chosen. Returns true if it moved.
 bool Session::play(double dt) {
-  const Animation* animation = engine_->scene_facts().animation.get();
+  const Animation* animation = world_->scene_facts().animation.get();
   Playback& p = settings_.play;
   facts_.pose_ms = facts_.tree_ms = 0;
   if (!animation) return false;
@@ -18,29 +18,29 @@ bool Session::play(double dt) {
   if (now == shown_time_) return false;
   shown_time_ = now;
   try {
-    engine_->set_time(p.clip, p.seconds, p.update);
+    world_->set_time(p.clip, p.seconds, p.update);
   } catch (const Error& error) {
     p.playing = false;
     say(error.what(), true);
     return false;
   }
-  const Engine::Update& update = engine_->last_update();
+  const DeviceScene::Update& update = world_->last_update();
   facts_.pose_ms = 1e3 * update.pose_s;
   facts_.tree_ms = 1e3 * update.seconds;
   facts_.refitted = update.refitted;
   facts_.picked.reset();
   facts_.hovered.reset();
   facts_.counters.reset();
-  for (std::size_t i = 0; i < engine_->scene_facts().views.size(); ++i) views_[i] = engine_->scene_facts().views[i];
+  for (std::size_t i = 0; i < world_->scene_facts().views.size(); ++i) views_[i] = world_->scene_facts().views[i];
   traced_ = {0, 0};  // what was traced is gone with the renderer
   dirty_ = true;
   return true;
 }
 
 void Session::toggle_play() {
-  if (!engine_->scene_facts().animation) return say("the scene has no animation", true);
+  if (!world_->scene_facts().animation) return say("the scene has no animation", true);
   settings_.play.playing = !settings_.play.playing;
-  const AnimationClip& clip = engine_->scene_facts().animation->clips[settings_.play.clip];
+  const AnimationClip& clip = world_->scene_facts().animation->clips[settings_.play.clip];
   say(fmt::format("{} {} at {:.3f} s", settings_.play.playing ? "playing" : "paused", clip.name,
                   settings_.play.seconds));
 }

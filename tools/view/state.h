@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot::view {
 
@@ -74,7 +74,7 @@ struct Inspection {
 
 /// The data that panels show besides the settings.
 struct Facts {
-  const Engine* engine = nullptr;
+  const DeviceScene* world = nullptr;
   std::string scene_file, view_name;
   std::deque<FrameRecord> frames;  // the frames that traced something, the newest last
   LiveTimes last;                  // the times of the newest

@@ -53,7 +53,7 @@ class Window {
   void toggle_full_screen();
   void set_title(const std::string& title) { glfw().glfwSetWindowTitle(handle_, title.c_str()); }
 
-  /// Returns the surface for EngineOptions; the window must outlive the Engine.
+  /// Returns the surface for DeviceSceneOptions; the window must outlive the DeviceScene.
   WindowSurface surface() const;
 
  private:

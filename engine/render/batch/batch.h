@@ -29,7 +29,7 @@ struct RayStart {
 };
 
 /// Rays on the device with room for their hits. The device's limits may split them into several buffers; each is traced
-/// by a dispatch of its own. Made by an Engine, which the batch must not outlive.
+/// by a dispatch of its own. Made by a DeviceScene, which the batch must not outlive.
 class RayBatch {
  public:
   ~RayBatch();
@@ -89,7 +89,7 @@ class Batches {
   Batches(Context& gpu, Tracer& tracer, SceneData& scene);
   ~Batches();
 
-  // The contracts of these functions are in engine/scene/ballot.h.
+  // The contracts of these functions are in engine/scene/device_scene.h.
   std::unique_ptr<RayBatch> make(const View& view, const RayKind& kind, std::uint32_t width, std::uint32_t height,
                                  const RayKindOptions& options);
   std::unique_ptr<RayBatch> make(std::string name, std::span<const Ray> rays, Want want);

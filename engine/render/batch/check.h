@@ -41,7 +41,7 @@ class HitChecker {
   /// The double-precision oracle's hit of every ray (engine/oracle/oracle.h).
   Truth truth(const RayBatch& batch) const;
   /// Fills the hits with a pattern, traces the batch, and judges every record. `truth` must be of this batch. Throws as
-  /// Engine::trace() does.
+  /// DeviceScene::trace() does.
   HitCheck check(RayBatch& batch, const Truth& truth, const Query& query) const;
 
   /// The exact hit of every ray (engine/oracle/exact.h): tens of thousands of rays a second and core. progress is
@@ -49,7 +49,7 @@ class HitChecker {
   ExactTruth exact_truth(const RayBatch& batch, const Progress& progress = {}) const;
   /// Fills the hits with a pattern, traces the batch, and compares every record to the exact truth. An unwritten record
   /// counts as the wrong answer that the pattern is, and in `unwritten`. Describes the first max_cases errors. Throws
-  /// as Engine::trace() does, and Error(Arguments) if `truth` is of another number of rays.
+  /// as DeviceScene::trace() does, and Error(Arguments) if `truth` is of another number of rays.
   ErrorFigures verify(RayBatch& batch, const ExactTruth& truth, const Query& query, std::size_t max_cases = 8) const;
   /// Compares given answers to the exact truth, without tracing. Throws Error(Arguments) if the sizes differ.
   ErrorFigures judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,

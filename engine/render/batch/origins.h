@@ -22,7 +22,8 @@ struct OriginCheck {
 /// `primary` did not come from.
 bool goes_behind(const Triangle& triangle, const Ray& primary, const Ray& ray);
 
-/// Checks the origin of every ray of a batch. The contract is that of Engine::check_origins (engine/scene/ballot.h).
+/// Checks the origin of every ray of a batch. The contract is that of DeviceScene::check_origins
+/// (engine/scene/device_scene.h).
 std::vector<OriginCheck> check_origins(Tracer& tracer, Batches& batches, const Scene& scene, const RayBatch& batch,
                                        const Query& query);
 

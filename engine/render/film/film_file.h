@@ -10,7 +10,7 @@ namespace ballot {
 
 /// Writes a film atomically, as an EXR with float32 channels of sums that other programs can display. A link at its
 /// path is replaced. `made_of` lists everything that determines the film's bits, one "name: value" line each
-/// (Engine::made_of).
+/// (DeviceScene::made_of).
 /// Throws Error(Work) if the file cannot be written, Error(Arguments) for a film with counters, which are not stored.
 void write_film(const std::filesystem::path& path, const Film& film, const std::string& made_of);
 

@@ -86,7 +86,7 @@ class DeviceTree {
   const std::shared_ptr<DeviceBuild>& built(std::size_t mesh = 0) const { return meshes_[mesh].built(); }
 
   /// Has the tree ask `late` before it reads triangles of a mesh on the host. Keeps the pointer.
-  void set_late(std::size_t mesh, const LateVertices* late) { meshes_[mesh].set_late(late); }
+  void set_late(std::size_t mesh, const HostVertices* late) { meshes_[mesh].set_late(late); }
   /// Brings triangles that are late to the host.
   void bring_triangles() const {
     for (const MeshArrays& mesh : meshes_) mesh.triangles();

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/model/late_vertices.h"
+#include "engine/model/host_vertices.h"
 #include "engine/tree/device/device_build.h"
 #include "engine/tree/device/tree_access.h"
 #include "engine/tree/formats/formats.h"
@@ -67,7 +67,7 @@ class MeshArrays {
   /// Returns true if triangles have moved since the tree was made, as they may do again.
   bool has_moved() const { return has_moved_; }
 
-  void set_late(const LateVertices* late) { late_ = late; }
+  void set_late(const HostVertices* late) { late_ = late; }
   void keep_in(const std::filesystem::path& folder) { cache_ = folder; }
 
   const Bvh& bvh() const { return *bvh_; }
@@ -126,7 +126,7 @@ class MeshArrays {
   const Bvh* bvh_ = nullptr;
   std::span<const Triangle> triangles_;
   std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device
-  const LateVertices* late_ = nullptr;
+  const HostVertices* late_ = nullptr;
   std::filesystem::path cache_;  // of the first tree; empty: none
   std::uint64_t revision_ = 0;
   bool has_moved_ = false, has_changed_ = false;

@@ -1,7 +1,7 @@
 // Makes the tree of a scene, where its builder runs. Internal to engine/.
 #pragma once
 
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 #include "engine/tree/device/device_build.h"
 
 namespace ballot {

@@ -7,8 +7,9 @@
 namespace ballot {
 
 /// Tells whether the host's triangles, normals, placements and bounds of a scene are those of an earlier time, and
-/// brings them up to date. Whoever reads them on the host calls bring() first. Belongs to the thread of its Engine.
-class LateVertices {
+/// brings them up to date. Whoever reads them on the host calls bring() first. Belongs to the thread of its
+/// DeviceScene.
+class HostVertices {
  public:
   /// Brings the vertices back if they are late. Throws what doing so throws; they are late then still.
   void bring() const {

@@ -1,9 +1,9 @@
-// Edits of a scene that are made true at once: an Engine with other meshes, other placements, or both moved.
+// Edits of a scene that are made true at once: a DeviceScene with other meshes, other placements, or both moved.
 #include <algorithm>
 
 #include "engine/core/stopwatch.h"
 #include "engine/model/instances.h"
-#include "engine/scene/built_tree.h"
+#include "engine/scene/scene_tree.h"
 
 namespace ballot {
 namespace {
@@ -28,7 +28,7 @@ From trees_from(const TreeLayout& before, const TreeLayout& now, const From& sam
 
 }  // namespace
 
-void Engine::commit(SceneChange& change, UpdateMode mode) {
+void DeviceScene::commit(SceneChange& change, UpdateMode mode) {
   const Timer timer;
   if (change.structure)
     restructure(*change.structure);
@@ -40,7 +40,7 @@ void Engine::commit(SceneChange& change, UpdateMode mode) {
 }
 
 /// Gives the scene other meshes and placements. Trees of meshes that it has already stay.
-void Engine::restructure(SceneStructure& structure) {
+void DeviceScene::restructure(SceneStructure& structure) {
   late_.bring();
   begin_update();
   const TreeLayout before = tree_layout(scene_);
@@ -71,7 +71,7 @@ void Engine::restructure(SceneStructure& structure) {
 }
 
 /// Returns the tree of a flat scene as that of a mesh with the same triangles.
-MeshTree Engine::whole_tree(std::span<const Triangle> triangles) {
+MeshTree DeviceScene::whole_tree(std::span<const Triangle> triangles) {
   const std::shared_ptr<DeviceBuild>& there = tracer_->tree().built();
   MeshTree made = make_mesh_tree(triangles, there ? there->summary() : bvh_);
   made.there = there;
@@ -79,7 +79,7 @@ MeshTree Engine::whole_tree(std::span<const Triangle> triangles) {
 }
 
 /// Has a forest of the scene take the place of the trees of before.
-void Engine::replant(const From& from) {
+void DeviceScene::replant(const From& from) {
   KnownTrees known(from.size());
   const TreeLayout layout = tree_layout(scene_);
   for (std::size_t t = 0; t < from.size(); ++t) {
@@ -109,7 +109,7 @@ void Engine::replant(const From& from) {
 }
 
 /// Has one tree over the scene take the place of the trees of before.
-void Engine::plant_flat() {
+void DeviceScene::plant_flat() {
   const Timer timer;
   SceneTree built = build_tree(*gpu_, scene_.triangles, build_, false, {});
   gpu_->finish();
@@ -129,7 +129,7 @@ void Engine::plant_flat() {
   policies_[0].built(timer.seconds(), bvh_.stats.sah);
 }
 
-void Engine::drop_queries() {
+void DeviceScene::drop_queries() {
   points_.reset();
   rays_.reset();
 }

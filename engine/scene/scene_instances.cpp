@@ -1,10 +1,10 @@
-// Engines of scenes with instances: their trees, and how they follow an animation.
+// DeviceScenes of scenes with instances: their trees, and how they follow an animation.
 
 #include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
 #include "engine/model/instances.h"
-#include "engine/scene/ballot.h"
-#include "engine/scene/built_tree.h"
+#include "engine/scene/device_scene.h"
+#include "engine/scene/scene_tree.h"
 #include "engine/tree/device/device_build.h"
 #include "engine/tree/host/refit.h"
 
@@ -80,7 +80,7 @@ KnownTrees trees_that_stay(const Forest& forest, const Scene& scene) {
   return known;
 }
 
-void Engine::make_forest(bool use_cache, const Progress& progress) {
+void DeviceScene::make_forest(bool use_cache, const Progress& progress) {
   forest_ = build_forest(*gpu_, scene_, build_, use_cache, {}, progress);
   bvh_ = forest_->summary();
   features_ = features_with(forest_->facts());
@@ -88,7 +88,7 @@ void Engine::make_forest(bool use_cache, const Progress& progress) {
 }
 
 /// Moves the instances, and builds the trees of meshes whose triangles a pose has changed.
-void Engine::move_instances(Pose pose, double pose_s) {
+void DeviceScene::move_instances(Pose pose, double pose_s) {
   const Timer timer;
   std::vector<Placement> placements = scene_.instances.placements;
   bool turns = false;  // instances that are mirrored now, or no longer, are of another mesh
@@ -140,10 +140,10 @@ void Engine::move_instances(Pose pose, double pose_s) {
 }
 
 /// Has the rest of the engine follow instances or meshes that have moved.
-void Engine::end_update(const Timer& timer) {
+void DeviceScene::end_update(const Timer& timer) {
   if (forest_) bvh_ = forest_->summary(), features_.tree = forest_->facts();
   late_.are_there([this] {
-    for (const LateVertices& tree : late_trees_) tree.bring();
+    for (const HostVertices& tree : late_trees_) tree.bring();
     if (forest_) bring_transforms();
   });
   const double tree_s = timer.seconds();
@@ -153,7 +153,7 @@ void Engine::end_update(const Timer& timer) {
 }
 
 /// Builds the trees of meshes anew that are overdue. If there is no room for one on the host, that at hand serves.
-bool Engine::rebuild_meshes() {
+bool DeviceScene::rebuild_meshes() {
   bool built = false;
   for (std::size_t i = 0; i < policies_.size(); ++i) {
     if (!policies_[i].overdue()) continue;
@@ -168,7 +168,7 @@ bool Engine::rebuild_meshes() {
 }
 
 /// Brings the transforms of the instances to the scene, and the bounds that follow from them.
-void Engine::bring_transforms() {
+void DeviceScene::bring_transforms() {
   const std::vector<std::uint32_t> from = tree_layout(scene_).from;
   SceneInstances& all = scene_.instances;
   for (std::size_t i = 0; i < from.size(); ++i) {
@@ -179,13 +179,13 @@ void Engine::bring_transforms() {
   scene_.bounds = bounds_of_instances(scene_);
 }
 
-Triangle Engine::triangle(std::uint32_t prim) const {
+Triangle DeviceScene::triangle(std::uint32_t prim) const {
   if (!forest_) return scene().triangles[prim];
   const Forest::Place place = forest_->place_of(prim);
   late_trees_[forest_->mesh_of(place.instance)].bring();
   return forest_->triangle(place);
 }
 
-std::uint64_t Engine::triangle_count() const { return ballot::triangle_count(scene_); }
+std::uint64_t DeviceScene::triangle_count() const { return ballot::triangle_count(scene_); }
 
 }  // namespace ballot

@@ -1,9 +1,9 @@
-// The public interface of Ballot, and nothing else is public: load a scene, open a device, trace rays, render views.
+// A scene on a device. Tools and tests see this header and no other: load a scene, open a device, trace rays, render.
 //
-//   ballot::Engine engine(ballot::load_scene("scenes/cornell.gltf"));
+//   ballot::DeviceScene world(ballot::load_scene("scenes/cornell.gltf"));
 //   std::vector<ballot::Hit> hits(rays.size());
-//   engine.trace(rays, hits, {.method = "packet"});
-//   ballot::Image image = engine.render(engine.scene().views[0], {.width = 512, .height = 512});
+//   world.trace(rays, hits, {.method = "packet"});
+//   ballot::Image image = world.render(world.scene().views[0], {.width = 512, .height = 512});
 //   ballot::write_exr("cornell.exr", image);
 #pragma once
 
@@ -71,16 +71,16 @@
 
 namespace ballot {
 
-struct SceneTree;  // built_tree.h
+struct SceneTree;  // scene_tree.h
 
-/// What Engine::commit() makes true.
+/// What DeviceScene::commit() makes true.
 struct SceneChange {
   std::optional<SceneStructure> structure = {};  // none: meshes and placements stay, and what follows moves them
   std::span<const MovedVertices> vertices = {};  // of meshes whose trees hold no others, or of a flat scene
   std::span<const Transform> transforms = {};    // of all placements; none: they stay
 };
 
-struct EngineOptions {
+struct DeviceSceneOptions {
   std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
   bool validate = false;  // Vulkan validation with synchronization checks; messages() collects the reports
   /// A device that is open already, so that several scenes share it; opening one takes time. `device`, `validate`,
@@ -94,23 +94,24 @@ struct EngineOptions {
   std::vector<Query> queries = {};  // checked before the BVH is built: throws if the device cannot follow their knobs
 };
 
-/// The seconds that each step of making an Engine took.
+/// The seconds that each step of making a DeviceScene took.
 struct StartTimes {
   double device_s = 0, bvh_s = 0;
 };
 
-/// A scene on a device: its tree, its tracer, and what renders it. An Engine and all engines that share its device
-/// belong to one thread at a time. Engines with devices of their own are independent: a process can have several
+/// A scene on a device: its tree, its tracer, and what renders it. A DeviceScene and all engines that share its device
+/// belong to one thread at a time. DeviceScenes with devices of their own are independent: a process can have several
 /// devices, each with several scenes and a thread.
-class Engine {
+class DeviceScene {
  public:
   /// Opens the device unless options.context has one, then builds the BVH or loads it from the cache. Throws
   /// Error(Device) if no device is usable, Error(Work) if the scene cannot be built.
-  explicit Engine(Scene scene, const EngineOptions& options = {}, const Progress& progress = {});
-  ~Engine();
+  explicit DeviceScene(Scene scene, const DeviceSceneOptions& options = {}, const Progress& progress = {});
+  ~DeviceScene();
 
-  /// Opens the device that the options name, for EngineOptions::context. Throws Error(Device) if no device is usable.
-  static std::shared_ptr<Context> open_device(const EngineOptions& options);
+  /// Opens the device that the options name, for DeviceSceneOptions::context. Throws Error(Device) if no device is
+  /// usable.
+  static std::shared_ptr<Context> open_device(const DeviceSceneOptions& options);
 
   /// Returns the scene. What has moved on the device, or with its instances, is brought back first, which takes time:
   /// scene_facts() is the same without it.
@@ -281,11 +282,11 @@ class Engine {
   /// Error(Arguments) if the rays start at no hits or the scene has instances.
   std::vector<OriginCheck> check_origins(const RayBatch& batch, const Query& query = {});
 
-  /// Returns the picture for a window, which stays on the device. An Engine has one, made on first use.
+  /// Returns the picture for a window, which stays on the device. A DeviceScene has one, made on first use.
   LiveImage& live();
 
-  /// Makes the presenter for the window of EngineOptions. The Engine must outlive it. Throws Error(Arguments) if there
-  /// is no window, and as Presenter does.
+  /// Makes the presenter for the window of DeviceSceneOptions. The DeviceScene must outlive it. Throws Error(Arguments)
+  /// if there is no window, and as Presenter does.
   std::unique_ptr<Presenter> make_presenter();
 
   /// Compiles the kernels of traversal, render() and live() anew from the shader folder when they are used next. If a
@@ -294,12 +295,12 @@ class Engine {
   void reload_shaders() { gpu_->reload_shaders(); }
   const std::string& shader_error() const { return gpu_->shader_error(); }
 
-  /// Returns the reports of the validation layers since the device was opened; none unless EngineOptions::validate is
-  /// set.
+  /// Returns the reports of the validation layers since the device was opened; none unless DeviceSceneOptions::validate
+  /// is set.
   const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
  private:
-  Engine& pictures();
+  DeviceScene& pictures();
   glm::vec3 picture_origin() const;
   SceneFeatures features_with(const TreeFacts& tree) const;
   void drop_renderers();
@@ -345,8 +346,8 @@ class Engine {
   void bring_back(const AnimationClip& clip, double seconds);
 
   Scene scene_;
-  LateVertices late_;
-  std::vector<LateVertices> late_trees_;  // the triangles of each tree by themselves
+  HostVertices late_;
+  std::vector<HostVertices> late_trees_;  // the triangles of each tree by themselves
   BuildSettings build_;
   bool use_cache_ = true;
   Timer opened_;
@@ -372,9 +373,9 @@ class Engine {
   std::map<std::size_t, IndexedTriangles> indexed_;  // of trees; made when a mesh first moves
   // Of meshes that share a tree, once one of them has moved; by their first triangles.
   std::map<std::size_t, MeshExtents> mesh_extents_;
-  std::unique_ptr<Engine> near_zero_;    // renders a scene far from the origin; made on first use
-  std::unique_ptr<LiveImage> live_;      // made on first use
-  std::unique_ptr<HitChecker> checker_;  // made on first use
+  std::unique_ptr<DeviceScene> near_zero_;  // renders a scene far from the origin; made on first use
+  std::unique_ptr<LiveImage> live_;         // made on first use
+  std::unique_ptr<HitChecker> checker_;     // made on first use
 };
 
 /// Returns the commit that this library was built from, or "unknown".

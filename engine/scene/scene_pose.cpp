@@ -1,12 +1,12 @@
-// Scenes that are animated: an Engine at a time of a clip.
+// Scenes that are animated: a DeviceScene at a time of a clip.
 #include <algorithm>
 
 #include "engine/core/stopwatch.h"
-#include "engine/scene/built_tree.h"
+#include "engine/scene/scene_tree.h"
 
 namespace ballot {
 
-void Engine::set_time(std::size_t clip, double seconds, UpdateMode mode) {
+void DeviceScene::set_time(std::size_t clip, double seconds, UpdateMode mode) {
   const std::size_t clips = scene_.animation ? scene_.animation->clips.size() : 0;
   if (clip >= clips)
     fail(Failure::Arguments, "scene '{}' has {} animations; expected a number below that, found {}", scene_.name, clips,
@@ -16,11 +16,11 @@ void Engine::set_time(std::size_t clip, double seconds, UpdateMode mode) {
 }
 
 /// Returns true if the device can move the triangles and their tree.
-bool Engine::poses_there() const {
+bool DeviceScene::poses_there() const {
   return tracer_->tree().built() && PosedTriangles::runs_on(gpu_->info()) && !scene_.animation->parts.empty();
 }
 
-Pose Engine::pose(const AnimationClip& clip, double seconds) {
+Pose DeviceScene::pose(const AnimationClip& clip, double seconds) {
   const Animation& animation = *scene_.animation;
   Pose room = std::exchange(spare_pose_, {});
   if (animation.posed_vertices == 0) return pose_at(scene_, &clip, seconds, {}, std::move(room));
@@ -30,7 +30,7 @@ Pose Engine::pose(const AnimationClip& clip, double seconds) {
       std::move(room));
 }
 
-void Engine::set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode) {
+void DeviceScene::set_time_here(const AnimationClip& clip, double seconds, UpdateMode mode) {
   const Timer timer;
   late_.bring();
   Pose pose = this->pose(clip, seconds);
@@ -58,7 +58,7 @@ void Engine::set_time_here(const AnimationClip& clip, double seconds, UpdateMode
 }
 
 /// Makes what moves triangles on the device, from the scene as it is.
-void Engine::make_posed() {
+void DeviceScene::make_posed() {
   late_.bring();
   if (!poser_) poser_ = std::make_unique<DevicePoser>(*gpu_, *scene_.animation);
   posed_ = std::make_unique<PosedTriangles>(*gpu_, scene_, *poser_, tracer_->tree().built()->triangles());
@@ -66,7 +66,7 @@ void Engine::make_posed() {
 
 /// Moves the scene on the device. Returns false, and leaves the scene as it was, if a vertex has no place there: the
 /// host tells which.
-bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode) {
+bool DeviceScene::set_time_there(const AnimationClip& clip, double seconds, UpdateMode mode) {
   const Timer timer;
   const NodePose nodes = pose_nodes(*scene_.animation, &clip, seconds);
   PosedCarried carried = pose_carried(scene_, nodes);
@@ -99,7 +99,7 @@ bool Engine::set_time_there(const AnimationClip& clip, double seconds, UpdateMod
 }
 
 /// Brings the triangles and normals of a time to the host, where they have the bits that the device has.
-void Engine::bring_back(const AnimationClip& clip, double seconds) {
+void DeviceScene::bring_back(const AnimationClip& clip, double seconds) {
   Pose pose = this->pose(clip, seconds);
   std::ranges::copy(pose.triangles, scene_.triangles.begin());  // in place: trees keep references to them
   scene_.normals = std::move(pose.normals);

@@ -5,8 +5,8 @@
 #include "engine/core/stopwatch.h"
 #include "engine/model/digest.h"
 #include "engine/model/instances.h"
-#include "engine/scene/ballot.h"
-#include "engine/scene/built_tree.h"
+#include "engine/scene/device_scene.h"
+#include "engine/scene/scene_tree.h"
 #include "engine/tree/device/device_poser.h"
 
 namespace ballot {
@@ -56,12 +56,12 @@ bool takes_builder(const DeviceInfo& device, const Scene& scene) {
 
 std::string commit() { return BALLOT_COMMIT; }
 
-std::shared_ptr<Context> Engine::open_device(const EngineOptions& options) {
+std::shared_ptr<Context> DeviceScene::open_device(const DeviceSceneOptions& options) {
   return std::make_shared<Context>(
       ContextOptions{options.device, options.validate, options.window, options.statistics});
 }
 
-Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progress)
+DeviceScene::DeviceScene(Scene scene, const DeviceSceneOptions& options, const Progress& progress)
     : scene_(std::move(scene)), build_(options.build), gpu_(options.context ? options.context : open_device(options)) {
   times_.device_s = opened_.seconds();
   for (const Query& q : options.queries)
@@ -90,19 +90,19 @@ Engine::Engine(Scene scene, const EngineOptions& options, const Progress& progre
 }
 
 /// Has the trees ask before they read triangles on the host.
-void Engine::watch_lateness() {
-  late_trees_ = std::vector<LateVertices>(policies_.size());
+void DeviceScene::watch_lateness() {
+  late_trees_ = std::vector<HostVertices>(policies_.size());
   for (std::size_t i = 0; i < late_trees_.size(); ++i)
     tracer_->tree().set_late(i, forest_ ? &late_trees_[i] : &late_);  // normals of a flat scene are late with them
 }
 
-SceneFeatures Engine::features_with(const TreeFacts& tree) const {
+SceneFeatures DeviceScene::features_with(const TreeFacts& tree) const {
   SceneFeatures features = features_of(scene_, tree);
   features.stored = SceneData::exceeds_texels(scene_, gpu_->info());
   return features;
 }
 
-void Engine::drop_renderers() {
+void DeviceScene::drop_renderers() {
   checker_.reset();
   live_.reset();
   near_zero_.reset();
@@ -110,14 +110,14 @@ void Engine::drop_renderers() {
   renderer_.reset();
 }
 
-void Engine::make_renderers() {
+void DeviceScene::make_renderers() {
   drop_renderers();
   scene_data_ = std::make_unique<SceneData>(*gpu_, scene_, features_, late_);
   renderer_ = std::make_unique<Renderer>(*gpu_, *tracer_, *scene_data_);
   batches_ = std::make_unique<Batches>(*gpu_, *tracer_, *scene_data_);
 }
 
-void Engine::set_sky(Sky sky) {
+void DeviceScene::set_sky(Sky sky) {
   gpu_->finish();
   scene_.sky = std::move(sky);
   features_ = features_with(features_.tree);
@@ -128,20 +128,20 @@ void Engine::set_sky(Sky sky) {
   if (near_zero_) near_zero_->set_sky(scene_.sky);
 }
 
-Engine::~Engine() = default;
+DeviceScene::~DeviceScene() = default;
 
-HitChecker& Engine::checker() {
+HitChecker& DeviceScene::checker() {
   late_.bring();
   if (!checker_) checker_ = std::make_unique<HitChecker>(*tracer_, *batches_);
   return *checker_;
 }
 
-std::vector<OriginCheck> Engine::check_origins(const RayBatch& batch, const Query& query) {
+std::vector<OriginCheck> DeviceScene::check_origins(const RayBatch& batch, const Query& query) {
   refuse_instances("a check of origin offsets");
   return ballot::check_origins(*tracer_, *batches_, scene(), batch, query);
 }
 
-void Engine::refuse_instances(const char* what) const {
+void DeviceScene::refuse_instances(const char* what) const {
   if (forest_)
     fail(Failure::Arguments,
          "scene '{}' keeps its meshes once, as instances, which {} does not take; load it with moved copies "
@@ -149,12 +149,12 @@ void Engine::refuse_instances(const char* what) const {
          scene_.name, what);
 }
 
-PointQueries& Engine::points() {
+PointQueries& DeviceScene::points() {
   if (!points_) points_ = std::make_unique<PointQueries>(*gpu_, tracer_->tree());
   return *points_;
 }
 
-RayQueries& Engine::rays() {
+RayQueries& DeviceScene::rays() {
   if (rays_) return *rays_;
   SurfaceAlpha alpha;
   if (features_.alpha)
@@ -163,19 +163,19 @@ RayQueries& Engine::rays() {
   return *rays_;
 }
 
-const Topology& Engine::topology() {
+const Topology& DeviceScene::topology() {
   late_.bring();
   if (!topology_)
     topology_ = std::make_unique<Topology>(forest_ ? topology_of(*forest_) : topology_of(scene().triangles));
   return *topology_;
 }
 
-std::unique_ptr<Presenter> Engine::make_presenter() {
-  if (!gpu_->surface()) fail(Failure::Arguments, "the engine was opened without a window (EngineOptions::window)");
+std::unique_ptr<Presenter> DeviceScene::make_presenter() {
+  if (!gpu_->surface()) fail(Failure::Arguments, "the engine was opened without a window (DeviceSceneOptions::window)");
   return std::make_unique<Presenter>(*gpu_);
 }
 
-Image Engine::picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times) {
+Image DeviceScene::picture(const Film& film, const View& view, const RenderOptions& options, RenderTimes& times) {
   Image image = pictures().renderer_->picture(film, options, times);
   Query primary = options.query;
   primary.rays = kPrimaryRays;
@@ -208,7 +208,7 @@ Image Engine::picture(const Film& film, const View& view, const RenderOptions& o
   return image;
 }
 
-std::string Engine::made_of(const View& view, const RenderOptions& o) const {
+std::string DeviceScene::made_of(const View& view, const RenderOptions& o) const {
   const std::uint64_t digest = digest_of(scene());
   const Sky& sky = scene_.sky;
   const glm::dmat4& m = view.world_from_camera;

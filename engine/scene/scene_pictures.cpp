@@ -1,4 +1,4 @@
-// Pictures of an Engine. A scene far from the origin is rendered from a copy of itself near it.
+// Pictures of a DeviceScene. A scene far from the origin is rendered from a copy of itself near it.
 //
 // A path goes on from points that are rounded to float32: at 2e5 to 1/64, and then some start behind the next wall. So
 // where the scene lies 16 times its longest side or more from zero, pictures are made of the scene moved by
@@ -11,7 +11,7 @@
 #include "engine/core/parallel.h"
 #include "engine/model/instances.h"
 #include "engine/render/data/camera.h"
-#include "engine/scene/ballot.h"
+#include "engine/scene/device_scene.h"
 
 namespace ballot {
 
@@ -62,22 +62,22 @@ Scene scene_moved_back(Scene scene, const glm::vec3& by) {
 
 }  // namespace
 
-Engine& Engine::pictures() {
+DeviceScene& DeviceScene::pictures() {
   if (picture_origin() == glm::vec3(0)) return *this;
   if (!near_zero_) {
-    EngineOptions options;
+    DeviceSceneOptions options;
     options.context = gpu_, options.build = build_, options.use_cache = use_cache_;
-    near_zero_ = std::make_unique<Engine>(scene_moved_back(scene(), picture_origin()), options);
+    near_zero_ = std::make_unique<DeviceScene>(scene_moved_back(scene(), picture_origin()), options);
   }
   return *near_zero_;
 }
 
-glm::vec3 Engine::picture_origin() const {
+glm::vec3 DeviceScene::picture_origin() const {
   if (forest_) late_.bring();
   return box_origin(scene_.bounds);
 }
 
-std::string Engine::picture_note() const {
+std::string DeviceScene::picture_note() const {
   // Roundings in the longest side of a triangle. A closed furnace of 168 is 0.1 % too dark, one of 84 0.2 %.
   constexpr double kRounding = 0x1p-24, kFine = 256;
   if (scene_.instanced()) return {};
@@ -102,18 +102,19 @@ std::string Engine::picture_note() const {
       small.load(), triangles.size(), least, reach, kRounding * reach);
 }
 
-void Engine::advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
-                     RenderTimes& times, const Progress& progress) {
+void DeviceScene::advance(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
+                          RenderTimes& times, const Progress& progress) {
   pictures().renderer_->advance(film, moved_back(view, picture_origin()), options, samples, times, progress);
 }
 
-void Engine::advance_there(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
-                           RenderTimes& times, const Progress& progress) {
+void DeviceScene::advance_there(Film& film, const View& view, const RenderOptions& options, std::uint32_t samples,
+                                RenderTimes& times, const Progress& progress) {
   pictures().renderer_->advance(film, moved_back(view, picture_origin()), options, samples, times, progress,
                                 Sums::OnDevice);
 }
 
-Image Engine::render(const View& view, const RenderOptions& options, RenderTimes* times, const Progress& progress) {
+Image DeviceScene::render(const View& view, const RenderOptions& options, RenderTimes* times,
+                          const Progress& progress) {
   constexpr std::uint32_t kSamplesAtOnce = 16;
   RenderTimes spent;
   Film film = start_film(options);
@@ -124,13 +125,13 @@ Image Engine::render(const View& view, const RenderOptions& options, RenderTimes
   return image;
 }
 
-std::uint64_t Engine::render_bytes() {
-  Engine& by = pictures();
+std::uint64_t DeviceScene::render_bytes() {
+  DeviceScene& by = pictures();
   return by.scene_data_->bytes() + by.renderer_->bytes();
 }
 
-LiveImage& Engine::live() {
-  Engine& by = pictures();
+LiveImage& DeviceScene::live() {
+  DeviceScene& by = pictures();
   if (!live_ || live_->origin() != picture_origin())
     live_ = std::make_unique<LiveImage>(*gpu_, *by.tracer_, *by.scene_data_, picture_origin());
   return *live_;

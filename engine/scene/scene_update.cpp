@@ -1,9 +1,9 @@
-// Scenes that move: refits and builds of the tree of an Engine.
+// Scenes that move: refits and builds of the tree of a DeviceScene.
 #include <algorithm>
 #include <utility>
 
 #include "engine/core/stopwatch.h"
-#include "engine/scene/built_tree.h"
+#include "engine/scene/scene_tree.h"
 #include "engine/tree/host/refit.h"
 
 namespace ballot {
@@ -22,7 +22,7 @@ SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const Bu
 
 /// Tells the policies how long queries have walked the trees since they were last told. A mesh has taken the share that
 /// it has in what random rays are expected to take. Of instances none is told as long as no mesh was refitted.
-void Engine::count_walks() {
+void DeviceScene::count_walks() {
   const double walked_s = tracer_->walked_s(), spent = walked_s - std::exchange(walked_s_, walked_s);
   if (!forest_) return policies_[0].traced(spent);
   if (std::ranges::none_of(policies_, [](const RefitPolicy& p) { return p.refit_s() > 0; })) return;
@@ -30,7 +30,7 @@ void Engine::count_walks() {
   for (std::size_t i = 0; i < policies_.size(); ++i) policies_[i].traced(spent * shares[i]);
 }
 
-bool Engine::rebuild_if_overdue() {
+bool DeviceScene::rebuild_if_overdue() {
   count_walks();
   if (forest_) return rebuild_meshes();
   if (!policies_[0].overdue()) return false;
@@ -41,7 +41,7 @@ bool Engine::rebuild_if_overdue() {
   return policies_[0].decay() == 1;
 }
 
-void Engine::begin_update() {
+void DeviceScene::begin_update() {
   gpu_->finish();
   count_walks();
   topology_.reset();
@@ -49,7 +49,7 @@ void Engine::begin_update() {
   update_ = {};
 }
 
-std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode mode) {
+std::vector<Triangle> DeviceScene::move(std::vector<Triangle> triangles, UpdateMode mode) {
   refuse_instances("an update of vertices");
   const Timer timer;
   late_.bring();
@@ -79,7 +79,7 @@ std::vector<Triangle> Engine::move(std::vector<Triangle> triangles, UpdateMode m
   return triangles;
 }
 
-void Engine::adopt(SceneTree&& built) {
+void DeviceScene::adopt(SceneTree&& built) {
   bvh_ = std::move(built.bvh);
   features_.tree = facts_of(bvh_);
   tracer_->rebuilt(bvh_, scene_.triangles, features_.tree, std::move(built.there));
@@ -87,7 +87,7 @@ void Engine::adopt(SceneTree&& built) {
 
 /// Builds the tree of the scene anew, of the triangles that the device has if it made the tree. If there is no room for
 /// it, the one at hand serves.
-void Engine::try_to_rebuild() {
+void DeviceScene::try_to_rebuild() {
   try {
     const Timer timer;
     if (const std::shared_ptr<DeviceBuild> built = tracer_->tree().built())
@@ -101,7 +101,7 @@ void Engine::try_to_rebuild() {
 }
 
 /// Refits the tree, there or here. Returns false if the shape of the tree cannot stay; the tree is then as it was.
-bool Engine::refit(std::span<const Triangle> triangles, const Bounds& bounds) {
+bool DeviceScene::refit(std::span<const Triangle> triangles, const Bounds& bounds) {
   DeviceTree& tree = tracer_->tree();
   if (!tree.built()) {
     refit_bvh(bvh_, triangles, build_);

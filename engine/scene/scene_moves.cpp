@@ -1,17 +1,17 @@
-// Meshes and instances that move: an Engine whose trees follow, all of them or none.
+// Meshes and instances that move: a DeviceScene whose trees follow, all of them or none.
 #include <algorithm>
 
 #include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
 #include "engine/model/instances.h"
 #include "engine/model/mesh_vertices.h"
-#include "engine/scene/built_tree.h"
+#include "engine/scene/scene_tree.h"
 #include "engine/tree/host/refit.h"
 
 namespace ballot {
 
 /// A tree whose triangles move, in the place where it lies.
-struct Engine::TreeMove {
+struct DeviceScene::TreeMove {
   std::size_t tree;
   MeshExtents extents;                // of the moved triangles
   Buffer<Triangle>* there = nullptr;  // the moved triangles, in exchange for those of before; null: `here`
@@ -42,7 +42,7 @@ void check(const MovedVertices& mesh) { check_vertices(mesh.positions, fmt::form
 }  // namespace
 
 /// Returns the tree that holds a triangle of the scene.
-std::size_t Engine::tree_with(std::size_t triangle) const {
+std::size_t DeviceScene::tree_with(std::size_t triangle) const {
   if (!forest_) return 0;
   const Triangle* at = scene_.triangles.data() + triangle;
   const auto begin = [](const MeshTree& mesh) { return mesh.triangles.data(); };
@@ -51,19 +51,19 @@ std::size_t Engine::tree_with(std::size_t triangle) const {
 }
 
 /// Returns the first triangle of a tree in the scene.
-std::size_t Engine::first_of(std::size_t tree) const {
+std::size_t DeviceScene::first_of(std::size_t tree) const {
   return forest_ ? std::size_t(forest_->meshes()[tree].triangles.data() - scene_.triangles.data()) : 0;
 }
 
 /// Returns true if the device makes the triangles of a tree's meshes of their vertices: the tree is there, and the
 /// device can tell which triangles have an area.
-bool Engine::takes_vertices(std::size_t tree) const {
+bool DeviceScene::takes_vertices(std::size_t tree) const {
   return !scene_.animation && gpu_->info().float64 && tracer_->tree().built(tree);
 }
 
 /// Returns the extents of a tree's triangles once some of its meshes have moved. Those of its other meshes are found at
 /// the first call.
-MeshExtents Engine::extents_with(std::size_t tree, const std::map<std::size_t, MeshExtents>& moved) {
+MeshExtents DeviceScene::extents_with(std::size_t tree, const std::map<std::size_t, MeshExtents>& moved) {
   const SceneInstances& all = scene_.instances;
   const std::size_t begin = first_of(tree), end = begin + tracer_->tree().built(tree)->triangles().size();
   MeshExtents whole = moved.begin()->second;
@@ -83,7 +83,7 @@ MeshExtents Engine::extents_with(std::size_t tree, const std::map<std::size_t, M
 }
 
 /// Makes the triangles of meshes of one tree, and changes nothing else. Throws Error(Arguments) if a vertex cannot be.
-Engine::TreeMove Engine::prepare_move(std::size_t tree, std::span<const MovedVertices> meshes) {
+DeviceScene::TreeMove DeviceScene::prepare_move(std::size_t tree, std::span<const MovedVertices> meshes) {
   TreeMove move{.tree = tree, .extents = {}};
   const std::size_t first = first_of(tree);
   if (takes_vertices(tree)) {
@@ -114,7 +114,7 @@ Engine::TreeMove Engine::prepare_move(std::size_t tree, std::span<const MovedVer
 }
 
 /// Completes a move of triangles that the host has. If the tree lies on the device they are sent there.
-void Engine::take_here(TreeMove& move) {
+void DeviceScene::take_here(TreeMove& move) {
   const MeshTree& old = forest_->meshes()[move.tree];
   const MovedTriangles moved = check_moved(old.triangles, old.bvh->stats.degenerate, move.here, scene_.name);
   move.same_area = moved.same_area;
@@ -124,7 +124,7 @@ void Engine::take_here(TreeMove& move) {
 }
 
 /// Has a tree on the device follow triangles that lie there.
-void Engine::follow_there(TreeMove& move, UpdateMode mode) {
+void DeviceScene::follow_there(TreeMove& move, UpdateMode mode) {
   Timer timer;
   const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(move.tree);
   RefitPolicy& policy = policies_[move.tree];
@@ -142,7 +142,7 @@ void Engine::follow_there(TreeMove& move, UpdateMode mode) {
 }
 
 /// Makes a tree of a forest follow triangles on the host.
-void Engine::follow_here(TreeMove& move, UpdateMode mode) {
+void DeviceScene::follow_here(TreeMove& move, UpdateMode mode) {
   const Timer timer;
   RefitPolicy& policy = policies_[move.tree];
   move.before = policy;
@@ -163,7 +163,7 @@ void Engine::follow_here(TreeMove& move, UpdateMode mode) {
 }
 
 /// Has all else follow trees that have followed their triangles, and the instances of a forest their transforms.
-void Engine::take_moves(std::span<TreeMove> moves, std::span<const Transform> transforms) {
+void DeviceScene::take_moves(std::span<TreeMove> moves, std::span<const Transform> transforms) {
   if (forest_) {
     std::vector<DeviceTree::MeshChange> changes;
     for (TreeMove& m : moves) {
@@ -186,7 +186,7 @@ void Engine::take_moves(std::span<TreeMove> moves, std::span<const Transform> tr
 
 /// Has trees follow their triangles, and instances their transforms. If it throws, all is as it was: trees on the
 /// device are built again of the triangles of before.
-void Engine::apply_moves(std::span<TreeMove> moves, std::span<const Transform> transforms, UpdateMode mode) {
+void DeviceScene::apply_moves(std::span<TreeMove> moves, std::span<const Transform> transforms, UpdateMode mode) {
   std::vector<glm::vec3> largest;
   for (const TreeMove& m : moves)
     largest.push_back(forest_ ? forest_->meshes()[m.tree].extents.largest_triangle : glm::vec3(0));
@@ -211,7 +211,7 @@ void Engine::apply_moves(std::span<TreeMove> moves, std::span<const Transform> t
 }
 
 /// Tells that trees have moved, and that the host's triangles follow, or are there.
-void Engine::end_moves(std::span<TreeMove> moves) {
+void DeviceScene::end_moves(std::span<TreeMove> moves) {
   for (TreeMove& m : moves) {
     const std::size_t first = first_of(m.tree);
     if (m.here.empty()) {
@@ -227,7 +227,7 @@ void Engine::end_moves(std::span<TreeMove> moves) {
 }
 
 /// Moves meshes and instances as a change says.
-void Engine::move_all(const SceneChange& change, UpdateMode mode) {
+void DeviceScene::move_all(const SceneChange& change, UpdateMode mode) {
   const Timer timer;
   gpu_->finish();
   std::map<std::size_t, std::vector<MovedVertices>> by_tree;
@@ -251,7 +251,7 @@ void Engine::move_all(const SceneChange& change, UpdateMode mode) {
 }
 
 /// Moves the meshes of a flat scene whose tree the host has.
-void Engine::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
+void DeviceScene::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
   for (const MovedVertices& m : meshes) check(m);
   std::vector<Triangle> moved = std::move(spare_triangles_);
   moved.resize(scene().triangles.size());
@@ -261,14 +261,14 @@ void Engine::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
 }
 
 /// Has the tree of a flat scene follow triangles on the device, which it takes in exchange for those of before.
-void Engine::follow_posed(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode) {
+void DeviceScene::follow_posed(Buffer<Triangle>& triangles, const Bounds& bounds, UpdateMode mode) {
   TreeMove move{.tree = 0, .extents = {.bounds = bounds}, .there = &triangles};
   apply_moves(std::span(&move, 1), {}, mode);
   update_.refitted = move.refitted;
 }
 
 /// Builds a tree of the forest anew.
-void Engine::rebuild(std::size_t tree) {
+void DeviceScene::rebuild(std::size_t tree) {
   const Timer timer;
   begin_update();
   TreeMove move{.tree = tree, .extents = forest_->meshes()[tree].extents};
