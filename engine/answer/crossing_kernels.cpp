@@ -54,7 +54,7 @@ void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangl
   if (whole_.update()) kernels_.clear();
   if (!masks) return;
   const Forest* forest = tree().forest();
-  const std::size_t triangles = forest ? std::size_t(forest->triangle_count()) : tree().triangles().size();
+  const std::size_t triangles = forest ? std::size_t(forest->triangle_count()) : tree().bvh().stats.triangles;
   if (triangle_masks.empty()) {
     all_bits_.assign(triangles, kAllBits);
     triangle_masks = all_bits_;

@@ -281,6 +281,15 @@ class Scene {
     return all;
   }
 
+  /// Returns the indices that a mesh, named by its number, was made with: three for each of its triangles, or none.
+  std::vector<std::uint32_t> indices(std::uint32_t mesh) const {
+    std::size_t count = 0;
+    check(ballot_scene_indices(handle_.get(), mesh, nullptr, 0, &count));
+    auto all = detail::room_for<std::uint32_t>(count);
+    check(ballot_scene_indices(handle_.get(), mesh, all.data(), all.size(), &count));
+    return all;
+  }
+
   /// Makes the rays of a kind (`ballot methods`: "primary", "shadow", "ao", ...) for a view.
   std::vector<Ray> make_rays(const View& view, const std::string& kind, std::uint32_t width,
                              std::uint32_t height) const {

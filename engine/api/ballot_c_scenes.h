@@ -89,9 +89,11 @@ typedef struct BallotInstances {
  * 2^-60 and 2^60, and instances that leave +-1e12. Method "packet-wide" cannot trace two levels. ballot_render() and
  * ballot_make_rays() refuse matrices that multiply rounding errors by more than 4096.
  *
- * The arrays of meshes may go afterwards. For later calls the scene keeps on the host, in bytes a triangle: 36 of
- * corners, 12 of indices, 4 of materials, 36 of normals if there are some, and about 36 of a tree that was built there.
- * Exact lists, and moves of such a tree, add about 98 from the first on; moves add 36 of the corners of before, too. */
+ * The arrays of meshes may go afterwards. For later calls the scene keeps on the host, in bytes a triangle: 12 of
+ * indices, 4 of materials if there are several, 36 of normals if there are some, 36 of corners, and about 36 of a tree
+ * that was built there. Of the last two it keeps 4 once the device has them, until a call needs more: moves, edits,
+ * exact lists, pictures, ballot_scene_triangles(). Exact lists, and moves of such a tree, add about 98 from the first
+ * on; moves add 36 of the corners of before, too. */
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotInstances* instances, const BallotSceneOptions* options,
                                             BallotScene** scene);
@@ -206,6 +208,10 @@ BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, Ball
 
 /* Writes nine floats for each triangle of each mesh: x, y, z of its three vertices, in the mesh's own space. */
 BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles);
+/* Writes the indices that a mesh, named by its number, was made with, at most `room`, and their number to *count: three
+ * for each of its triangles, or 0 if it was made without. `indices` may be NULL if room is 0. */
+BALLOT_API BallotStatus ballot_scene_indices(BallotScene* scene, uint32_t mesh, uint32_t* indices, size_t room,
+                                             size_t* count);
 BALLOT_API const char* ballot_scene_error(BallotScene* scene);
 
 #endif

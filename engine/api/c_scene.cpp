@@ -143,6 +143,19 @@ BallotStatus ballot_scene_instance(BallotScene* scene, size_t place, BallotInsta
   });
 }
 
+BallotStatus ballot_scene_indices(BallotScene* scene, uint32_t mesh, uint32_t* indices, size_t room, size_t* count) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    if (room) need(indices, "ballot_scene_indices", "indices");
+    need(count, "ballot_scene_indices", "count");
+    const DeviceHold hold(*state->device);
+    const auto found = state->meshes.find(mesh);
+    if (found == state->meshes.end()) refuse(fmt::format("mesh {}: the scene has none of this number", mesh));
+    const std::vector<std::uint32_t>& all = found->second.indices;
+    std::copy_n(all.begin(), std::min(room, all.size()), indices);
+    *count = all.size();
+  });
+}
+
 BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(triangles, "ballot_scene_triangles", "triangles");

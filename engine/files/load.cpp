@@ -82,7 +82,6 @@ void complete_mesh(Scene& scene) {
       if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
         refuse("triangle {} has a vertex ({}, {}, {}); expected finite numbers", t, v.x, v.y, v.z);
   scene.materials.push_back({.name = "default"});
-  scene.material_of.assign(scene.triangles.size(), 0);
 }
 
 std::span<const SceneFormat> scene_formats() { return kFormats; }

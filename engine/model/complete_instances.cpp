@@ -96,10 +96,12 @@ void check_world(const Scene& scene) {
 void set_materials(Scene& scene) {
   SceneInstances& all = scene.instances;
   for (std::size_t m = 0; m < all.meshes(); ++m) {
-    const auto used = std::span(scene.material_of).subspan(all.first[m], all.triangles_of(m));
-    const bool one = !used.empty() && (scene.materials.size() == 1 ||
-                                       std::ranges::all_of(used, [&](std::uint32_t each) { return each == used[0]; }));
-    all.mesh_labels[m].material = one ? used[0] : kSeveralMaterials;
+    const std::size_t begin = all.first[m], count = all.triangles_of(m);
+    const std::uint32_t material = count ? scene.material(begin) : kSeveralMaterials;
+    const bool one =
+        scene.material_of.empty() || std::ranges::all_of(std::span(scene.material_of).subspan(begin, count),
+                                                         [&](std::uint32_t each) { return each == material; });
+    all.mesh_labels[m].material = one ? material : kSeveralMaterials;
   }
 }
 

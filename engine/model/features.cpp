@@ -25,6 +25,7 @@ void add(SceneFeatures& features, const Material& m) {
 SceneFeatures features_of(const Scene& scene, const TreeFacts& tree) {
   std::vector<char> used(scene.materials.size(), 0);
   for (const std::uint32_t m : scene.material_of) used.at(m) = 1;
+  if (scene.material_of.empty() && !scene.triangles.empty()) used.at(0) = 1;
   SceneFeatures features{.shading_normals = !scene.normals.empty()};
   for (std::size_t m = 0; m < used.size(); ++m)
     if (used[m]) add(features, scene.materials[m]);

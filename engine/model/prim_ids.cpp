@@ -11,7 +11,7 @@ PrimIds::PrimIds(const Scene& scene, IdSource source) {
   if (source == IdSource::Mesh)
     for (std::size_t m = 0; m < all.meshes(); ++m) add(all.first[m], all.mesh_labels[m].id);
   if (source == IdSource::Material)
-    for (std::size_t i = 0; i < scene.material_of.size(); ++i) add(i, scene.material_of[i]);
+    for (std::size_t i = 0; i < scene.triangles.size(); ++i) add(i, scene.material(i));
   std::uint32_t prim = 0;
   for (std::size_t p = 0; p < all.placements.size(); ++p) {
     const std::uint32_t mesh = all.placements[p].mesh;

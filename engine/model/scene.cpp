@@ -25,6 +25,7 @@ void check_sizes(const Scene& scene) {
   if (!scene.colors.empty() && scene.colors.size() != count)
     fail(Failure::Arguments, "scene '{}' has {} triangles, but {} triples of colours; expected as many, or none",
          scene.name, count, scene.colors.size());
+  if (scene.material_of.empty()) return;
   if (scene.material_of.size() != count)
     fail(Failure::Arguments, "scene '{}' has {} triangles, but {} entries in material_of; expected as many", scene.name,
          count, scene.material_of.size());
@@ -100,8 +101,8 @@ Bounds bounds_of_vertices(std::span<const Triangle> triangles, std::string_view 
 
 void finish_scene(Scene& scene) {
   if (scene.materials.empty()) scene.materials.push_back({.name = "default"});
-  if (scene.material_of.empty()) scene.material_of.assign(scene.triangles.size(), 0);
   check_sizes(scene);
+  if (scene.materials.size() == 1) scene.material_of = {};
   check_textures(scene);
   scene.bounds = bounds_of_vertices(scene.triangles, scene.name);
   complete_instances(scene);

@@ -41,7 +41,7 @@ struct Scene {
   std::vector<Triangle> triangles;
   /// Unit normals, three per triangle; empty if no primitive of the file has normals.
   std::vector<std::array<glm::vec3, 3>> normals;
-  std::vector<std::uint32_t> material_of;  // per triangle, an index into materials
+  std::vector<std::uint32_t> material_of;  // per triangle, an index into materials; empty: 0
   std::vector<Material> materials;         // never empty
   std::vector<Texture> textures;           // textures of materials in use
   std::vector<TextureImage> images;        // images of those textures
@@ -59,6 +59,8 @@ struct Scene {
   std::shared_ptr<const Animation> animation;  // null: nothing moves
   std::vector<bool> turned;  // each part of the animation: its triangles' corners 1 and 2 have changed places (pose.h)
 
+  /// Returns the material of a triangle, an index into materials.
+  std::uint32_t material(std::size_t triangle) const { return material_of.empty() ? 0 : material_of[triangle]; }
   /// Returns false if the scene is flat: each mesh is placed once, in order, with the identity.
   bool instanced() const { return instances.kept > 0; }
 };

@@ -242,7 +242,7 @@ void SceneEdits::gather(SceneStructure& to) {
   if (fresh && to.materials.back() != plain_material) to.materials.push_back(plain_material);
   const auto plain = static_cast<std::uint32_t>(to.materials.size() - 1);  // of meshes that are added
   to.triangles.resize(count);
-  to.material_of.resize(scene_.material_of.empty() && !fresh ? 0 : count);
+  to.material_of.resize(to.materials.size() == 1 ? 0 : count);
   to.normals.resize(normals ? count : 0);
   to.colors.resize(scene_.colors.empty() ? 0 : count);
   for (std::size_t set = 0; set < kUvSets; ++set) to.uvs[set].resize(scene_.uvs[set].empty() ? 0 : count);
@@ -261,10 +261,7 @@ void SceneEdits::gather(SceneStructure& to) {
     const auto given = mesh.made && !mesh.moved ? std::span<const std::array<glm::vec3, 3>>(mesh.made->normals)
                                                 : part_of(scene_.normals, begin, had);
     copy_part(given, to.normals, first, size, flat);
-    const std::uint32_t material = !mesh.before ? plain
-                                   : old.triangles_of(*mesh.before) && !scene_.material_of.empty()
-                                       ? scene_.material_of[begin]
-                                       : 0;
+    const std::uint32_t material = !mesh.before ? plain : old.triangles_of(*mesh.before) ? scene_.material(begin) : 0;
     copy_part(part_of(scene_.material_of, begin, had), to.material_of, first, size,
               [&](std::size_t) { return material; });
     copy_part(part_of(scene_.colors, begin, had), to.colors, first, size, [](std::size_t) {

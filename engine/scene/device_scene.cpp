@@ -89,11 +89,18 @@ DeviceScene::DeviceScene(Scene scene, const DeviceSceneOptions& options, const P
   make_renderers();
 }
 
-/// Has the trees ask before they read triangles on the host.
+/// Has the trees ask before they read triangles and nodes on the host, and give them back while the device has them.
+/// Where an animation moves the scene each time is made of that on the host.
 void DeviceScene::watch_lateness() {
-  late_trees_ = std::vector<HostVertices>(policies_.size());
-  for (std::size_t i = 0; i < late_trees_.size(); ++i)
-    tracer_->tree().set_late(i, forest_ ? &late_trees_[i] : &late_);  // normals of a flat scene are late with them
+  late_.parts.assign(policies_.size(), {});
+  for (std::size_t i = 0; i < policies_.size(); ++i) {
+    DeviceTree& tree = tracer_->tree();
+    tree.set_host_copy(i, forest_ ? &late_.parts[i] : &late_);  // normals of a flat scene are late with them
+    if (scene_.animation) continue;
+    const std::size_t count = forest_ ? forest_->meshes()[i].triangles.size() : scene_.triangles.size();
+    tree.may_let_go(i, {forest_ ? forest_->meshes()[i].bvh.get() : &bvh_,
+                        std::span(scene_.triangles).subspan(first_of(i), count), &late_.parts[i]});
+  }
 }
 
 SceneFeatures DeviceScene::features_with(const TreeFacts& tree) const {

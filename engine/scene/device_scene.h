@@ -128,7 +128,10 @@ class DeviceScene {
   Triangle triangle(std::uint32_t prim) const;
   /// Returns the tree. One that was built on the device is read back by the first call. Of a scene with instances only
   /// bounds and statistics are there: those of all meshes together.
-  const Bvh& bvh() { return forest_ ? forest_->summary() : tracer_->tree().whole_bvh(); }
+  const Bvh& bvh() {
+    late_.bring();
+    return forest_ ? forest_->summary() : tracer_->tree().whole_bvh();
+  }
   const BvhStats& bvh_stats() const { return bvh_.stats; }
   /// Returns the features that kernels are compiled for.
   const SceneFeatures& features() const { return features_; }
@@ -346,8 +349,7 @@ class DeviceScene {
   void bring_back(const AnimationClip& clip, double seconds);
 
   Scene scene_;
-  HostVertices late_;
-  std::vector<HostVertices> late_trees_;  // the triangles of each tree by themselves
+  HostCopy late_;  // of a forest with its trees by themselves
   BuildSettings build_;
   bool use_cache_ = true;
   Timer opened_;

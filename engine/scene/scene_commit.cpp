@@ -57,7 +57,7 @@ void DeviceScene::restructure(SceneStructure& structure) {
     throw;
   }
   if (forest_)
-    late_.are_there([this] { bring_transforms(); });
+    late_.is_elsewhere([this] { bring_transforms(); });
   else
     scene_.bounds = bounds_of_vertices(scene_.triangles, scene_.name);
   walked_s_ = tracer_->walked_s();

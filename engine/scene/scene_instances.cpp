@@ -142,8 +142,7 @@ void DeviceScene::move_instances(Pose pose, double pose_s) {
 /// Has the rest of the engine follow instances or meshes that have moved.
 void DeviceScene::end_update(const Timer& timer) {
   if (forest_) bvh_ = forest_->summary(), features_.tree = forest_->facts();
-  late_.are_there([this] {
-    for (const HostVertices& tree : late_trees_) tree.bring();
+  late_.is_elsewhere([this] {
     if (forest_) bring_transforms();
   });
   const double tree_s = timer.seconds();
@@ -182,7 +181,7 @@ void DeviceScene::bring_transforms() {
 Triangle DeviceScene::triangle(std::uint32_t prim) const {
   if (!forest_) return scene().triangles[prim];
   const Forest::Place place = forest_->place_of(prim);
-  late_trees_[forest_->mesh_of(place.instance)].bring();
+  late_.parts[forest_->mesh_of(place.instance)].bring();
   return forest_->triangle(place);
 }
 

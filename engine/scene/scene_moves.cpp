@@ -75,6 +75,7 @@ MeshExtents DeviceScene::extents_with(std::size_t tree, const std::map<std::size
     if (known == moved.end()) {
       bool is_new = false;
       std::tie(known, is_new) = mesh_extents_.try_emplace(all.first[m]);
+      if (is_new) late_.parts[tree].bring();
       if (is_new) mesh_extents_[all.first[m]] = extents_of_vertices(triangles, scene_.name);
     }
     whole = united(whole, known->second);
@@ -104,7 +105,7 @@ DeviceScene::TreeMove DeviceScene::prepare_move(std::size_t tree, std::span<cons
     return move;
   }
   for (const MovedVertices& m : meshes) check(m);
-  late_trees_[tree].bring();
+  late_.parts[tree].bring();
   const MeshTree& old = forest_->meshes()[tree];
   move.here.assign(old.triangles.begin(), old.triangles.end());
   for (const MovedVertices& m : meshes)
@@ -169,7 +170,7 @@ void DeviceScene::take_moves(std::span<TreeMove> moves, std::span<const Transfor
     for (TreeMove& m : moves) {
       if (m.there) {
         m.now = forest_->meshes()[m.tree];
-        m.now.bvh = std::make_shared<const Bvh>(tracer_->tree().built(m.tree)->summary());
+        m.now.bvh = std::make_shared<Bvh>(tracer_->tree().built(m.tree)->summary());
         m.now.extents = {m.now.bvh->bounds, m.extents.largest_triangle, m.now.bvh->is_empty()};
       }
       changes.push_back({m.tree, std::move(m.now), m.refitted});
@@ -216,7 +217,7 @@ void DeviceScene::end_moves(std::span<TreeMove> moves) {
     const std::size_t first = first_of(m.tree);
     if (m.here.empty()) {
       for (const auto& [mesh, extents] : m.of_meshes) mesh_extents_[mesh] = extents;
-      late_trees_[m.tree].are_there([this, built = tracer_->tree().built(m.tree), first] {
+      late_.parts[m.tree].is_elsewhere([this, built = tracer_->tree().built(m.tree), first] {
         built->triangles().download(std::span(scene_.triangles).subspan(first, built->triangles().size()));
       });
       continue;
@@ -276,9 +277,10 @@ void DeviceScene::rebuild(std::size_t tree) {
   if (const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(tree)) {
     built->rebuild();
     move.now = forest_->meshes()[tree];
-    move.now.bvh = std::make_shared<const Bvh>(built->summary());
+    move.now.bvh = std::make_shared<Bvh>(built->summary());
   } else {
     std::unique_ptr<DeviceBuild> scratch;
+    late_.parts[tree].bring();
     move.now = build_mesh(*gpu_, forest_->meshes()[tree].triangles, build_, false, {}, scratch);
   }
   const double sah = move.now.bvh->stats.sah;

@@ -81,7 +81,7 @@ bool DeviceScene::set_time_there(const AnimationClip& clip, double seconds, Upda
   scene_.bounds = *bounds;
   scene_.lights = std::move(carried.lights);
   std::ranges::copy(carried.views, scene_.views.begin());
-  late_.are_there([this, &clip, seconds] { bring_back(clip, seconds); });
+  late_.is_elsewhere([this, &clip, seconds] { bring_back(clip, seconds); });
   checker_.reset();
   std::vector<bool> turned = turned_parts(*scene_.animation, nodes);
   const bool turns = turn_corners(scene_, turned);  // what follows is in buffers that no kernel moves

@@ -54,7 +54,7 @@ TEST(GltfKeep, TheSameTrianglesAsOfCopies) {
   std::size_t count = 0;
   for_each_triangle(kept, [&](std::size_t, std::size_t triangle, std::uint32_t prim) {
     ++count;
-    EXPECT_EQ(kept.material_of[triangle], copied.material_of[prim]);
+    EXPECT_EQ(kept.material(triangle), copied.material(prim));
     for (std::size_t k = 0; k < 3; ++k) expect_near(world[prim][k], copied.triangles[prim][k], 1e-5f);
   });
   EXPECT_EQ(count, world.size());

@@ -28,7 +28,7 @@ struct Writer {
   }
 };
 
-const Material& used(const Scene& scene) { return scene.materials[scene.material_of[0]]; }
+const Material& used(const Scene& scene) { return scene.materials[scene.material(0)]; }
 
 /// Returns how many notes hold a text.
 std::ptrdiff_t notes_with(const Scene& scene, std::string_view text) {

@@ -79,7 +79,7 @@ TEST(NamedFiles, ImagesAndMaterials) {
   const Scene without = load_scene(obj), with = load_scene(obj, {.allow_outside = true});
   ASSERT_FALSE(without.notes.empty());
   EXPECT_NE(without.notes[0].find("'../m.mtl' lies outside of the scene's folder"), std::string::npos);
-  EXPECT_EQ(with.materials[with.material_of[0]].name, "red");
+  EXPECT_EQ(with.materials[with.material(0)].name, "red");
 }
 
 TEST(NamedFiles, LinksOutOfTheFolder) {

@@ -78,7 +78,6 @@ TEST(SceneMeshes, ASceneFromMemoryIsOneMesh) {
   EXPECT_EQ(placement_names(scene), Names{"built"});
   EXPECT_EQ(scene.instances.mesh_labels[0].material, 0u);
   scene.triangles.push_back(scene.triangles[0]);  // which this mesh holds too
-  scene.material_of.push_back(0);
   finish_scene(scene);
   EXPECT_EQ(scene.instances.first, (Sizes{0, 4}));
   EXPECT_EQ(ids(scene, IdSource::Node), (Numbers{0, 0, 0, 0}));

@@ -70,7 +70,7 @@ TEST(TextFiles, MarksAndEndsOfLinesOfMaterials) {
     const Scene scene = load_scene(
         folder.write("a.obj", std::string(kMark) + "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"));
     ASSERT_EQ(scene.materials.size(), 2u);
-    EXPECT_EQ(scene.materials[scene.material_of[0]].base_color, glm::vec3(1, 0, 0));
+    EXPECT_EQ(scene.materials[scene.material(0)].base_color, glm::vec3(1, 0, 0));
     EXPECT_TRUE(scene.notes.empty());
   }
 }

@@ -40,7 +40,7 @@ double texture_alpha(const Scene& scene, const Texture& texture, const glm::dvec
 }
 
 Stops stops(const Scene& scene, const Hit& hit) {
-  const Material& m = scene.materials[scene.material_of[hit.prim]];
+  const Material& m = scene.materials[scene.material(hit.prim)];
   if (m.alpha_mode == Alpha::Opaque) return Stops::Yes;
   const double u = hit.u, v = hit.v;
   double alpha = m.alpha;

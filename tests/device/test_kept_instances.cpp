@@ -312,7 +312,7 @@ TEST_F(KeptInstances, CrossingsAreThoseOfCopies) {
       EXPECT_GT(crossings, rays.size() / 4);
       if (whole.empty()) whole = kept;
       for (std::size_t i = 0; query.alpha && i < rays.size(); ++i) {
-        std::erase_if(whole[i], [&](const Hit& h) { return e.copied->scene().material_of[h.prim] == 0; });
+        std::erase_if(whole[i], [&](const Hit& h) { return e.copied->scene().material(h.prim) == 0; });
         ASSERT_EQ(CrossingTest::prims_of(kept[i]), CrossingTest::prims_of(whole[i]));
       }
     }

@@ -69,7 +69,7 @@ glm::dvec3 radiance(const Scene& scene, glm::dvec3 from, glm::dvec3 dir, std::mt
   for (int depth = 0; depth <= 8; ++depth) {
     const Found hit = nearest(scene, from, dir);
     if (hit.t >= 1e30) break;
-    const Material& m = scene.materials[scene.material_of[hit.prim]];
+    const Material& m = scene.materials[scene.material(hit.prim)];
     sum += weight * glm::dvec3(m.emissive);
     weight *= glm::dvec3(m.base_color);
     const glm::dvec3 n = glm::dot(hit.normal, dir) > 0 ? -hit.normal : hit.normal;

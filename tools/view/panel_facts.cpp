@@ -44,7 +44,7 @@ void draw_hit(const Inspection& i, const Scene& scene) {
   row("prim", std::to_string(hit.prim));
   row("t", fmt::format("{:.7g}", hit.t));
   row("u, v", fmt::format("{:.5f}, {:.5f}", hit.u, hit.v));
-  const Material& material = scene.materials[scene.material_of.empty() ? 0 : scene.material_of[hit.prim]];
+  const Material& material = scene.materials[scene.material(hit.prim)];
   row("material", material.name.empty() ? "unnamed" : material.name);
 }
 

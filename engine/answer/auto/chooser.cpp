@@ -49,18 +49,14 @@ double median(std::vector<double> values) {
 
 Chooser::Chooser(Context& gpu, const DeviceInfo& device, const Bvh& bvh,
                  std::optional<std::span<const Triangle>> triangles, Trace trace)
-    : gpu_(gpu),
-      device_(device),
-      bvh_(&bvh),
-      trace_(std::move(trace)),
-      has_instances_(!triangles),
-      triangles_(triangles.value_or(std::span<const Triangle>())) {}
+    : gpu_(gpu), device_(device), trace_(std::move(trace)) {
+  replace(bvh, triangles);
+}
 
 void Chooser::replace(const Bvh& bvh, std::optional<std::span<const Triangle>> triangles) {
   bvh_ = &bvh;
   has_instances_ = !triangles;
-  triangles_ = triangles.value_or(std::span<const Triangle>());
-  even_.reset();
+  even_ = triangles ? even_triangles(*triangles) : 0;
   known_.clear();
   rival_wins_.clear();
 }
@@ -75,11 +71,10 @@ AutoChoice Chooser::choice_for(const Query& query, std::size_t count) const {
   // The device collapses its own trees, and keeps their shape when they move. The host would begin anew at each move.
   const bool is_there = !has_instances_ && bvh_->stats.builder == BuilderId::Device && bvh_->nodes.empty();
   const std::size_t nodes = std::max<std::size_t>(bvh_->nodes.size(), bvh_->stats.nodes);
-  if (!even_) even_ = even_triangles(triangles_);
   return auto_choice(query, device_,
                      {.rays = count,
                       .triangles = bvh_->stats.triangles,
-                      .even = *even_,
+                      .even = even_,
                       .instances = has_instances_,
                       .collapses = is_there || (!moving_ && nodes <= kMostNodesToCollapse)});
 }

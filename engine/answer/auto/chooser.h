@@ -22,7 +22,7 @@ class Chooser {
   /// Traces rays [0, count) by a concrete query and returns the device milliseconds.
   using Trace = std::function<double(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query&)>;
 
-  /// Keeps references to gpu, device, which is gpu's, bvh and triangles. Without triangles the tree is a forest's.
+  /// Keeps references to gpu, device, which is gpu's, and bvh. Without triangles the tree is a forest's.
   Chooser(Context& gpu, const DeviceInfo& device, const Bvh& bvh, std::optional<std::span<const Triangle>> triangles,
           Trace trace);
 
@@ -63,11 +63,10 @@ class Chooser {
 
   Context& gpu_;
   const DeviceInfo& device_;
-  const Bvh* bvh_;
+  const Bvh* bvh_ = nullptr;
   Trace trace_;
-  bool has_instances_;
-  std::span<const Triangle> triangles_;
-  mutable std::optional<double> even_;       // even_triangles() of these, found on first use
+  bool has_instances_ = false;
+  double even_ = 0;                          // even_triangles() of the scene
   bool moving_ = false;                      // moved() was called
   std::map<std::string, bool> rival_wins_;   // what was compared, by key_of() of the query
   std::optional<Buffer<Ray>> class_sample_;  // in the host's memory; made on first use

@@ -42,15 +42,15 @@ EmitterTable emitter_table(const Scene& scene, std::span<const float> emitted) {
   EmitterTable table;
   double sum = 0;
   const auto emits = [&](std::uint32_t material) { return emitted[material] > 0; };
-  if (std::ranges::none_of(scene.material_of, emits)) return table;
+  if (scene.material_of.empty() ? !emits(0) : std::ranges::none_of(scene.material_of, emits)) return table;
   for_each_triangle(scene, [&](std::size_t placement, std::size_t i, std::uint32_t prim) {
-    if (!emits(scene.material_of[i])) return;
+    if (!emits(scene.material(i))) return;
     const Triangle t = scene.instanced() ? moved(scene.triangles[i], scene.instances.placements[placement].transform)
                                          : scene.triangles[i];
     const glm::dvec3 a(t[0]);
     const double area = 0.5 * glm::length(glm::cross(glm::dvec3(t[1]) - a, glm::dvec3(t[2]) - a));
     if (!(area > 0)) return;
-    sum += emitted[scene.material_of[i]] * area;
+    sum += emitted[scene.material(i)] * area;
     table.texels.push_back({prim, std::bit_cast<std::uint32_t>(float(sum)), 0, 0});
   });
   table.total = float(sum);

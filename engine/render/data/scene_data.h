@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "engine/gpu/kernel.h"
-#include "engine/model/host_vertices.h"
+#include "engine/model/host_copy.h"
 #include "engine/model/scene.h"
 #include "engine/render/data/light_data.h"
 #include "engine/render/data/texture_data.h"
@@ -20,7 +20,7 @@ class SceneData {
  public:
   /// Keeps references to `gpu`, `scene` and `late`, which tells whether the scene's vertices have moved on the device.
   /// `features` must be those of the scene.
-  SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features, const HostVertices& late)
+  SceneData(Context& gpu, const Scene& scene, const SceneFeatures& features, const HostCopy& late)
       : gpu_(gpu), scene_(scene), features_(features), late_(late) {}
 
   /// Returns true if the scene has more triangles than a texel buffer of the device can hold: SceneFeatures::stored.
@@ -57,7 +57,7 @@ class SceneData {
   Context& gpu_;
   const Scene& scene_;
   SceneFeatures features_;
-  const HostVertices& late_;
+  const HostCopy& late_;
   std::uint64_t bytes_ = 0;
   std::optional<PackedTextures> packed_;
   std::optional<EmitterTable> emitter_table_;

@@ -254,6 +254,24 @@ const DeviceTree::Texels& DeviceTree::leaves(LeafFormat format, Fetch fetch, Sou
   return array.texels();
 }
 
+/// Returns the array that has the leaf blocks of a mesh as the host made them; null if there is none.
+const JoinedArray* DeviceTree::leaves_there(std::size_t mesh) const {
+  for (const auto& [key, array] : leaves_)
+    if (key.format == LeafFormat::Vertices && key.source == Source::Host &&
+        array.is_current(mesh, meshes_[mesh].revision()))
+      return &array;
+  return nullptr;
+}
+
+void DeviceTree::let_go() {
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    MeshArrays& mesh = meshes_[i];
+    mesh.let_go();
+    if (mesh.may_go() && (mesh.built() || leaves_there(i)))
+      mesh.let_host_go([this, i] { return leaves_there(i)->download(i); });
+  }
+}
+
 /// Writes the table of meshes anew where they have changed, or lie elsewhere.
 void DeviceTree::write_table(const TableKey& key, Table& table) {
   const auto& [id, a, leaf_format, source] = key;

@@ -85,8 +85,9 @@ class DeviceTree {
   /// Returns what holds the tree of a mesh on the device if it was built there; null if it was not.
   const std::shared_ptr<DeviceBuild>& built(std::size_t mesh = 0) const { return meshes_[mesh].built(); }
 
-  /// Has the tree ask `late` before it reads triangles of a mesh on the host. Keeps the pointer.
-  void set_late(std::size_t mesh, const HostVertices* late) { meshes_[mesh].set_late(late); }
+  /// MeshArrays::set_host_copy() and may_let_go() of a mesh.
+  void set_host_copy(std::size_t mesh, const HostCopy* copy) { meshes_[mesh].set_host_copy(copy); }
+  void may_let_go(std::size_t mesh, const HostMesh& host) { meshes_[mesh].may_let_go(host); }
   /// Brings triangles that are late to the host.
   void bring_triangles() const {
     for (const MeshArrays& mesh : meshes_) mesh.triangles();
@@ -153,10 +154,9 @@ class DeviceTree {
   /// Returns the leaves, which all formats share.
   const Texels& leaves(LeafFormat format, Fetch fetch, Source source = Source::Host);
 
-  /// Frees what the host has made for uploads alone (MeshArrays::let_go()). To be called when a kernel has its arrays.
-  void let_go() {
-    for (MeshArrays& mesh : meshes_) mesh.let_go();
-  }
+  /// Frees what the host has made for uploads alone, and what it has of meshes that the device has
+  /// (MeshArrays::let_go(), let_host_go()). To be called when a kernel has its arrays.
+  void let_go();
 
   /// Forests only: return the top-level tree with its instances, and the table of meshes for a kernel that reads these
   /// arrays.
@@ -196,6 +196,7 @@ class DeviceTree {
   void follow(JoinedArray& array, const std::vector<Stale>& stale, const Write& write_there);
   void follow_pairs(JoinedArray& array, const NodesKey& key);
   void follow_format(JoinedArray& array, const NodesKey& key);
+  const JoinedArray* leaves_there(std::size_t mesh) const;
   void set_refitted(std::size_t mesh);
   void write_table(const TableKey& key, Table& table);
   void move_on_host(std::span<const Transform> transforms);

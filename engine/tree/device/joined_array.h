@@ -41,6 +41,12 @@ class JoinedArray {
   const Texels& texels() const { return *texels_; }
   std::uint32_t first(std::size_t mesh) const { return std::uint32_t(regions_[mesh].first); }
   BufferPart part(std::size_t mesh) const;
+  /// Returns the texels of a mesh's region.
+  std::vector<glm::uvec4> download(std::size_t mesh) const {
+    std::vector<glm::uvec4> texels(regions_[mesh].room);
+    texels_->download(texels, regions_[mesh].first);
+    return texels;
+  }
   void upload(std::size_t mesh, std::span<const glm::uvec4> texels) { texels_->upload(texels, regions_[mesh].first); }
 
   bool used = true;  // since the last change of the tree

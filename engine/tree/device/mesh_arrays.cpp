@@ -5,7 +5,9 @@
 #include <chrono>
 #include <utility>
 
+#include "engine/core/memory.h"
 #include "engine/tree/formats/encoded_cache.h"
+#include "engine/tree/formats/remains.h"
 #include "engine/tree/host/padding.h"
 
 namespace ballot {
@@ -25,6 +27,7 @@ void MeshArrays::replace(const Bvh& bvh, std::span<const Triangle> triangles, st
   cache_.clear();
   has_changed_ = bvh_ != nullptr;
   refer(bvh, triangles);
+  host_.reset();
   built_ = std::move(built);
   has_moved_ = false;
   revision_ = next_revision();
@@ -36,6 +39,7 @@ void MeshArrays::moved(const Bvh& bvh, std::span<const Triangle> triangles) {
   padded_boxes_.clear();
   cache_.clear();
   refer(bvh, triangles);
+  host_.reset();
   has_moved_ = has_changed_ = true;
   revision_ = next_revision();
 }
@@ -43,11 +47,12 @@ void MeshArrays::moved(const Bvh& bvh, std::span<const Triangle> triangles) {
 MeshArrays::Kept& MeshArrays::kept(NodeLayout layout, Padding padding) {
   const auto key = std::pair(layout, padding);
   if (const auto found = pairs_.find(key); found != pairs_.end()) return found->second;
-  if (padding == Padding::Tree && padded_boxes_.empty()) padded_boxes_ = padded_boxes(whole_bvh(), triangles());
+  const Bvh& bvh = whole_bvh();
+  if (padding == Padding::Tree && padded_boxes_.empty()) padded_boxes_ = padded_boxes(bvh, triangles_);
   const std::span<const Bounds> boxes = padding == Padding::Tree ? padded_boxes_ : std::span<const Bounds>();
   PairTree room;
   if (auto spare = spare_pairs_.extract(key)) room = std::move(spare.mapped().tree);
-  PairTree made = encode_pairs(whole_bvh(), triangles(), layout, boxes, std::move(room));
+  PairTree made = encode_pairs(bvh, triangles_, layout, boxes, std::move(room));
   root_ = made.root;
   return pairs_.emplace(key, Kept{std::move(made)}).first->second;
 }
@@ -68,6 +73,25 @@ void MeshArrays::let_go() {
   if (has_changed_ || std::ranges::any_of(coming_, runs)) return;
   std::erase_if(pairs_, [](const auto& pairs) { return !pairs.second.lent; });
   padded_boxes_ = {};
+}
+
+bool MeshArrays::may_go() const {
+  constexpr std::size_t kLeast = 1 << 12;  // smaller ones are not worth the way
+  return host_ && !has_changed_ && triangles_.size() >= kLeast && host_->copy->may_go();
+}
+
+void MeshArrays::let_host_go(const std::function<std::vector<glm::uvec4>()>& leaves) {
+  const HostMesh host = *host_;
+  if (built_) {
+    host.copy->is_elsewhere([built = built_, to = host.triangles] { built->triangles().download(to); });
+  } else {
+    host.copy->is_elsewhere([host, leaves, remains = remains_of(*host.bvh, host.triangles)] {
+      restore(remains, leaves(), *host.bvh, host.triangles);
+    });
+    release_pages(std::as_bytes(std::span(host.bvh->nodes)));
+    release_pages(std::as_bytes(std::span(host.bvh->references)));
+  }
+  release_pages(std::as_bytes(host.triangles));
 }
 
 void MeshArrays::prepare(const NodesKey& key) {

@@ -3,6 +3,7 @@
 
 #include <compare>
 #include <filesystem>
+#include <functional>
 #include <future>
 #include <map>
 #include <memory>
@@ -10,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/model/host_vertices.h"
+#include "engine/model/host_copy.h"
 #include "engine/tree/device/device_build.h"
 #include "engine/tree/device/tree_access.h"
 #include "engine/tree/formats/formats.h"
@@ -37,6 +38,13 @@ struct LeavesKey {
   Fetch fetch = Fetch::Storage;
   Source source = Source::Host;
   auto operator<=>(const LeavesKey&) const = default;
+};
+
+/// What the host has of a mesh.
+struct HostMesh {
+  Bvh* bvh;
+  std::span<Triangle> triangles;
+  HostCopy* copy;  // of these two
 };
 
 /// Texels that are made for an upload: of memory that stays, or their own.
@@ -67,14 +75,21 @@ class MeshArrays {
   /// Returns true if triangles have moved since the tree was made, as they may do again.
   bool has_moved() const { return has_moved_; }
 
-  void set_late(const HostVertices* late) { late_ = late; }
+  /// Has the mesh ask `copy` before it reads its triangles or nodes on the host. Keeps the pointer.
+  void set_host_copy(const HostCopy* copy) { copy_ = copy; }
+  /// Lets the mesh give back what the host has of its tree and triangles, while the device has it: until copy->bring().
+  /// Keeps the references. `bvh` and `triangles` are those of the mesh.
+  void may_let_go(const HostMesh& host) { host_ = host; }
   void keep_in(const std::filesystem::path& folder) { cache_ = folder; }
 
   const Bvh& bvh() const { return *bvh_; }
-  /// Returns the tree with its nodes.
-  const Bvh& whole_bvh() { return built_ ? built_->bvh() : *bvh_; }
+  /// Returns the tree with its nodes, which may go with the next let_host_go().
+  const Bvh& whole_bvh() {
+    if (copy_) copy_->bring_briefly();
+    return built_ ? built_->bvh() : *bvh_;
+  }
   std::span<const Triangle> triangles() const {
-    if (late_) late_->bring();
+    if (copy_) copy_->bring();
     return triangles_;
   }
   const std::shared_ptr<DeviceBuild>& built() const { return built_; }
@@ -90,6 +105,11 @@ class MeshArrays {
   /// Frees what was made for uploads alone, unless the tree has changed: then it may change again, and all kernels of
   /// an update share the pairs.
   void let_go();
+  /// Gives back what the host has, as may_let_go() allows. `leaves` reads the
+  /// leaf blocks of LeafFormat::Vertices that the host has made, which the device has as long as this tree stays.
+  void let_host_go(const std::function<std::vector<glm::uvec4>()>& leaves);
+  /// Returns true if let_host_go() would do so.
+  bool may_go() const;
 
   /// Begins to encode a format on another thread if that takes long. encode() waits for it.
   void prepare(const NodesKey& key);
@@ -126,7 +146,8 @@ class MeshArrays {
   const Bvh* bvh_ = nullptr;
   std::span<const Triangle> triangles_;
   std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device
-  const HostVertices* late_ = nullptr;
+  const HostCopy* copy_ = nullptr;
+  std::optional<HostMesh> host_;
   std::filesystem::path cache_;  // of the first tree; empty: none
   std::uint64_t revision_ = 0;
   bool has_moved_ = false, has_changed_ = false;

@@ -80,11 +80,15 @@ inline DevicePair decode_pair_from_zero(const PairTree& bvh, std::uint32_t texel
   return pair;
 }
 
-/// Returns the triangle whose three texels start at this texel of the leaf array.
-inline Triangle decode_triangle(const PairTree& bvh, std::uint32_t texel) {
-  const glm::uvec4* t = bvh.leaves.data() + texel;
+/// Returns the triangle of three texels of a leaf block.
+inline Triangle decode_triangle(const glm::uvec4* t) {
   const glm::vec3 x = as_vec3(t[0]), y = as_vec3(t[1]), z = as_vec3(t[2]);
   return {glm::vec3(x[0], y[0], z[0]), glm::vec3(x[1], y[1], z[1]), glm::vec3(x[2], y[2], z[2])};
+}
+
+/// Returns the triangle whose texels start at this texel of the leaf array.
+inline Triangle decode_triangle(const PairTree& bvh, std::uint32_t texel) {
+  return decode_triangle(bvh.leaves.data() + texel);
 }
 
 /// Returns the number of that triangle in the scene.

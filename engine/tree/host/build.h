@@ -27,6 +27,10 @@ struct BuildNode {
 /// references.
 Bvh flatten(const BuildNode* root, const BuildSettings& settings);
 
+/// Sets the box of each inner node to the union of its children's. Children come after their parent in the array, so a
+/// pass from the end meets both children first.
+void unite_children(std::vector<BvhNode>& nodes);
+
 /// Returns the SAH cost of a tree that has nodes, as BvhStats::sah.
 double sah_cost(const Bvh& bvh, const BuildSettings& settings);
 

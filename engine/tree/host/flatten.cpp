@@ -18,8 +18,8 @@ struct PlacedNode {
   std::uint32_t inner_above;  // inner nodes on the path from the root, without this one
 };
 
-// Sets the box of each inner node to the union of its children's. Children come after their parent in the array, so a
-// pass from the end meets both children first.
+}  // namespace
+
 void unite_children(std::vector<BvhNode>& nodes) {
   for (std::size_t i = nodes.size(); i-- > 0;) {
     BvhNode& node = nodes[i];
@@ -30,6 +30,8 @@ void unite_children(std::vector<BvhNode>& nodes) {
     node.hi = glm::max(left.hi, right.hi);
   }
 }
+
+namespace {
 
 void place_leaf(const BuildNode& from, BvhNode& node, Bvh& bvh) {
   if (bvh.references.size() + from.count >= kMaxIndex) fail(Failure::Work, "bvh: more than 2^31 triangle references");

@@ -51,7 +51,7 @@ void add(TreeFacts& all, const TreeFacts& own) {
 
 MeshTree make_mesh_tree(std::span<const Triangle> triangles, Bvh bvh) {
   const MeshExtents extents = extents_of(bvh, triangles);
-  return {triangles, std::make_shared<const Bvh>(std::move(bvh)), extents};
+  return {triangles, std::make_shared<Bvh>(std::move(bvh)), extents};
 }
 
 Forest::Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements, InstanceNumbers numbers)

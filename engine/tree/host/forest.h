@@ -18,7 +18,7 @@ class DeviceBuild;
 /// no nodes: it is the summary.
 struct MeshTree {
   std::span<const Triangle> triangles;
-  std::shared_ptr<const Bvh> bvh;
+  std::shared_ptr<Bvh> bvh;
   MeshExtents extents;
   std::shared_ptr<DeviceBuild> there = {};
 };

@@ -57,7 +57,7 @@ class Edits:
         number = self._handle.add_mesh(tuple(mesh))
         self._edited = True
         self._next[0] = number + 1
-        self._change(number, mesh if id is not None else mesh._replace(id=number), triangles, normals)
+        self._change(number, mesh if id is not None else mesh._replace(id=number), normals)
         return number
 
     def replace_mesh(
@@ -69,7 +69,7 @@ class Edits:
         self._handle.replace_mesh(number, tuple(made))
         self._edited = True
         before = self._changed.get(number) or self._own.get(number)
-        self._change(number, made._replace(id=before.id if before else 0), triangles, normals)
+        self._change(number, made._replace(id=before.id if before else 0), normals)
         self._held.pop(number, None)
 
     def remove_mesh(self, mesh: int) -> None:
@@ -176,10 +176,10 @@ class Edits:
         ((v, t),) = _scene_arguments.pairs(vertices, triangles, None)
         return _mesh.make(v, t, mesh_id, normals, where, bool(soup))
 
-    def _change(self, number: int, mesh: Mesh, triangles: Any, normals: Any) -> None:
+    def _change(self, number: int, mesh: Mesh, normals: Any) -> None:
         if self._boxes is not None:
             self._boxes[number] = _mesh.box(mesh)
-        self._changed[number] = _mesh.kept(mesh, triangles, normals)
+        self._changed[number] = _mesh.kept(mesh, normals)
 
     def _boxes_of(self, meshes: np.ndarray) -> np.ndarray | None:
         """Returns the middle and half the size of the bounds of meshes, by their numbers: (k, 2, 3); None: there is no

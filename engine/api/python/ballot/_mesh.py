@@ -95,11 +95,12 @@ def make(vertices: Any, triangles: Any, mesh_id: Any, normals: Any, where: str, 
     return Mesh(v, t, _query.integer(mesh_id, f"{where}: id", 0, 0xFFFFFFFF), n)
 
 
-def kept(mesh: Mesh, triangles: Any, normals: Any) -> Mesh:
-    """Returns the mesh without its vertices, which the scene can tell, and with arrays that nobody else changes."""
+def kept(mesh: Mesh, normals: Any) -> Mesh:
+    """Returns the mesh without its vertices and indices, which the scene can tell, and with normals that nobody else
+    changes."""
     return Mesh(
         np.empty((len(mesh.vertices), 0), np.float32),
-        None if mesh.indices is None else _own(mesh.indices, triangles),
+        None if mesh.indices is None else np.empty(0, np.uint32),
         mesh.id,
         None if mesh.normals is None else _own(mesh.normals, normals),
     )
@@ -110,15 +111,14 @@ def readable(parts: Iterable[Any]) -> tuple[Any, ...]:
     return tuple(_arrays.contiguous(part) if isinstance(part, np.ndarray) else part for part in parts)
 
 
-def restored(mesh: Mesh, corners: np.ndarray) -> Mesh:
-    """Returns the mesh with vertices again, from the corners (m, 3, 3) of its triangles."""
+def restored(mesh: Mesh, corners: np.ndarray, indices: np.ndarray) -> Mesh:
+    """Returns the mesh with vertices again, from the corners (m, 3, 3) of its triangles, and with its indices."""
     corners = corners.reshape(-1, 3)
     if mesh.indices is None:
-        vertices = corners.copy()
-    else:
-        vertices = np.zeros((len(mesh.vertices), 3), np.float32)  # those of no triangle stay zero
-        vertices[mesh.indices] = corners
-    return mesh._replace(vertices=vertices)
+        return mesh._replace(vertices=corners.copy())
+    vertices = np.zeros((len(mesh.vertices), 3), np.float32)  # those of no triangle stay zero
+    vertices[indices] = corners
+    return mesh._replace(vertices=vertices, indices=indices)
 
 
 def box_of(low: Any, high: Any) -> np.ndarray:

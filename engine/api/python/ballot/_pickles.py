@@ -24,7 +24,8 @@ def state_of(scene: Any) -> dict[str, Any]:
     for m in meshes:
         if m.mesh in taken:
             own = kept.get(m.mesh) or Mesh(np.empty((3 * m.triangles, 0), np.float32), None, m.id, None)
-            arrays[m.mesh] = tuple(_mesh.restored(own, corners[m.first : m.first + m.triangles]))
+            its = corners[m.first : m.first + m.triangles]
+            arrays[m.mesh] = tuple(_mesh.restored(own, its, scene._handle.indices(m.mesh)))
     return {
         "path": scene._path,
         "time": scene._time,
@@ -68,7 +69,7 @@ def restore(scene: Any, state: dict[str, Any]) -> None:
     _edit(scene, state)
     arrays, moved, kept = state["meshes"], state["moved"], state["kept"]
     own: dict[int, Mesh | None] = {
-        m: _mesh.kept(_readable(arrays[m]), None, None) if m in arrays and m not in moved else None
+        m: _mesh.kept(_readable(arrays[m]), None) if m in arrays and m not in moved else None
         for m in kept or range(len(scene._handle.meshes()))
     }
     scene._begin(own, 0)

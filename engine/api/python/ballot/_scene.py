@@ -117,7 +117,7 @@ class Scene(Edits, Queries):
         self._open([tuple(m) for m in made], placed)
         self._first: tuple[int, int | None] = (len(made), None if placed is None else len(placed[0]))
         own: dict[int, _mesh.Mesh | None] = {
-            k: _mesh.kept(m, t, n) for k, (m, (_, t), n) in enumerate(zip(made, given, directions))
+            k: _mesh.kept(m, n) for k, (m, n) in enumerate(zip(made, directions))
         }
         self._begin(own, len(made) if placed is None else len(placed[0]))
 

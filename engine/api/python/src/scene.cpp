@@ -230,6 +230,12 @@ auto triangles(const SceneObject& self) {
   return array_of(std::move(all), {count, 3, 3});
 }
 
+auto indices(const SceneObject& self, std::uint32_t mesh) {
+  std::vector<std::uint32_t> all = without_gil(self.use(), [=](const Scene& s) { return s.indices(mesh); });
+  const std::size_t count = all.size();
+  return array_of(std::move(all), {count});
+}
+
 }  // namespace
 
 void bind_scenes(nb::module_& m) {
@@ -253,7 +259,8 @@ void bind_scenes(nb::module_& m) {
       .def("discard", &discard)
       .def("animations", &animations)
       .def("set_time", &set_time)
-      .def("triangles", &triangles);
+      .def("triangles", &triangles)
+      .def("indices", &indices);
   bind_pictures(scene);
   bind_traces(m, scene);
   bind_points(scene);
