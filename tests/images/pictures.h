@@ -65,6 +65,7 @@ inline View view_from(const glm::dvec3& eye, const glm::dmat4& turn = glm::dmat4
 /// Adds two triangles in the plane z = `z` that face +z. The first lies right of and below the diagonal.
 inline void add_rectangle(Scene& scene, glm::vec2 lo, glm::vec2 hi, float z, std::uint32_t material = 0) {
   const glm::vec3 a(lo, z), b(hi.x, lo.y, z), c(hi, z), d(lo.x, hi.y, z);
+  scene.material_of.resize(scene.triangles.size());  // a finished scene of one material lists none
   scene.triangles.push_back({a, b, c});
   scene.triangles.push_back({a, c, d});
   scene.material_of.insert(scene.material_of.end(), 2, material);

@@ -33,12 +33,12 @@ glm::uvec4 texel(const glm::vec3& v, float w) {
 DeviceTree::DeviceTree(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
                        std::shared_ptr<DeviceBuild> built)
     : gpu_(gpu) {
-  meshes_.emplace_back(gpu);
+  meshes_.emplace_back();
   replace(bvh, triangles, facts, std::move(built));
 }
 
 DeviceTree::DeviceTree(Context& gpu, Forest& forest) : gpu_(gpu), forest_(&forest) {
-  for (const MeshTree& mesh : forest.meshes()) meshes_.emplace_back(gpu).replace(*mesh.bvh, mesh.triangles, mesh.there);
+  for (const MeshTree& mesh : forest.meshes()) meshes_.emplace_back().replace(*mesh.bvh, mesh.triangles, mesh.there);
   padded_reach_ = least_reach();
   take_facts();
   generation_ = next_revision();
@@ -176,7 +176,7 @@ std::vector<DeviceTree::Stale> DeviceTree::make_room(JoinedArray& array, const K
   std::vector<JoinedArray::Wanted> wanted;
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
     if (array.is_current(i, meshes_[i].revision())) continue;
-    Stale& s = stale.emplace_back(i);
+    Stale& s = stale.emplace_back(Stale{i, {}});
     const bool there = meshes_[i].writes_there(key.source);
     wanted.push_back({i, there ? texels_there(i) : s.encoded.emplace(meshes_[i].encode(key)).texels.size()});
   }

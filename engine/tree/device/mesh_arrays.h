@@ -60,8 +60,6 @@ struct Encoded {
 /// thread of its Context.
 class MeshArrays {
  public:
-  explicit MeshArrays(Context& gpu) : gpu_(gpu) {}
-
   /// Takes another tree. Keeps references to bvh and triangles. If the tree was `built` on the device, `bvh` may be its
   /// summary: then the tree is read back where the host needs its nodes. Nothing may read the arrays of before.
   void replace(const Bvh& bvh, std::span<const Triangle> triangles, std::shared_ptr<DeviceBuild> built);
@@ -142,7 +140,6 @@ class MeshArrays {
     return kept.tree;
   }
 
-  Context& gpu_;
   const Bvh* bvh_ = nullptr;
   std::span<const Triangle> triangles_;
   std::shared_ptr<DeviceBuild> built_;  // null unless the tree was built on the device

@@ -70,7 +70,7 @@ void DeviceTree::take(Forest& forest, std::span<const std::optional<std::uint32_
   std::vector<MeshArrays> meshes;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const MeshTree& mesh = forest.meshes()[i];
-    meshes.push_back(from[i] ? std::move(meshes_[*from[i]]) : MeshArrays(gpu_));
+    meshes.push_back(from[i] ? std::move(meshes_[*from[i]]) : MeshArrays());
     if (from[i])
       meshes.back().refer(*mesh.bvh, mesh.triangles);
     else
