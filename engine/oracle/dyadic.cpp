@@ -50,4 +50,14 @@ double quotient(const Dyadic& a, const Dyadic& b) {
   return std::ldexp(a.sign() == b.sign() ? q : -q, exponent);
 }
 
+DyadicVec difference(const glm::vec3& a, const glm::vec3& b) {
+  return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
+}
+
+DyadicVec cross(const DyadicVec& a, const DyadicVec& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Dyadic dot(const DyadicVec& a, const DyadicVec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
 }  // namespace ballot

@@ -2,8 +2,10 @@
 // numbers.
 #pragma once
 
+#include <array>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <compare>
+#include <glm/vec3.hpp>
 
 namespace ballot {
 
@@ -42,5 +44,11 @@ class Dyadic {
 };
 
 double quotient(const Dyadic& a, const Dyadic& b);
+
+/// An exact vector.
+using DyadicVec = std::array<Dyadic, 3>;
+DyadicVec difference(const glm::vec3& a, const glm::vec3& b);  // a - b, which must be finite
+DyadicVec cross(const DyadicVec& a, const DyadicVec& b);
+Dyadic dot(const DyadicVec& a, const DyadicVec& b);
 
 }  // namespace ballot

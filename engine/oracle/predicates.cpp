@@ -1,28 +1,12 @@
 #include "engine/oracle/predicates.h"
 
 #include <algorithm>
-#include <array>
 
 namespace ballot {
-namespace {
-
-using DyadicVec = std::array<Dyadic, 3>;
-
-DyadicVec dyadic_difference(const glm::vec3& a, const glm::vec3& b) {
-  return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
-}
-
-DyadicVec cross(const DyadicVec& a, const DyadicVec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-Dyadic dot(const DyadicVec& a, const DyadicVec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-}  // namespace
 
 ExactSight::ExactSight(const Ray& ray, const Triangle& triangle) {
-  const DyadicVec p[3] = {dyadic_difference(triangle[0], ray.origin), dyadic_difference(triangle[1], ray.origin),
-                          dyadic_difference(triangle[2], ray.origin)};
+  const DyadicVec p[3] = {difference(triangle[0], ray.origin), difference(triangle[1], ray.origin),
+                          difference(triangle[2], ray.origin)};
   const DyadicVec d{Dyadic(ray.dir.x), Dyadic(ray.dir.y), Dyadic(ray.dir.z)};
   const DyadicVec across = cross(p[1], p[2]);
   side[0] = dot(d, across);
@@ -33,7 +17,7 @@ ExactSight::ExactSight(const Ray& ray, const Triangle& triangle) {
 }
 
 bool has_area(const Triangle& t) {
-  const DyadicVec normal = cross(dyadic_difference(t[1], t[0]), dyadic_difference(t[2], t[0]));
+  const DyadicVec normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
   return normal[0].sign() != 0 || normal[1].sign() != 0 || normal[2].sign() != 0;
 }
 

@@ -8,7 +8,6 @@
 #include "engine/oracle/self_crossings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -35,16 +34,7 @@ constexpr std::size_t kCrossingsOfOne = 1 << 14;  // at most for one triangle
 constexpr double kBuildShare = 0.1;               // of the progress
 
 int exact_side(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) {
-  std::array<std::array<Dyadic, 3>, 3> v;
-  const glm::vec3* ends[3] = {&b, &c, &d};
-  for (std::size_t i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k) v[i][std::size_t(k)] = Dyadic((*ends[i])[k]) - Dyadic(a[k]);
-  Dyadic sum;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
-    sum = sum + v[2][k] * (v[0][l] * v[1][m] - v[0][m] * v[1][l]);
-  }
-  return sum.sign();
+  return dot(difference(d, a), cross(difference(b, a), difference(c, a))).sign();
 }
 
 /// Returns the sign of the volume of four points: 0 if they lie in a plane. Adds to `looks` what integers count for.
