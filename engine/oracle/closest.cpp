@@ -7,11 +7,6 @@
 // edge e are off by 5 w M |e|, and 8 w M |e| are taken. An edge is surely the nearest if the foot on it is between its
 // ends by more than that, and the foot on the plane is outside of it by more than its side's error, 12 w M |n| |e|.
 // Then the distance is that of the same corner or edge in every triangle of which that is known.
-//
-// The boxes of an instance hold its float32 corners. With m the matrix, t the translation, V_j the largest |v_j| of the
-// mesh and S_k = sum_j |m_kj| V_j + |t_k|, a corner is off by at most 4 * 2^-24 S_k from where the exact map puts its
-// vertex, besides numbers below 2^-126. A node's box of centre c and half extents h lies within m c + t and |m| h, in
-// double precision up to 2^-50 (S_k + |P_k|). Boxes are widened by 5 * 2^-24 S_k, 2^-48 |P_k| and 2^-120.
 #include "engine/oracle/closest.h"
 
 #include <algorithm>
@@ -23,9 +18,6 @@
 
 #include "engine/core/exact_area.h"
 #include "engine/oracle/nearest.h"
-#include "engine/oracle/walker.h"
-#include "engine/tree/host/build.h"
-#include "engine/tree/host/moved_corners.h"
 
 namespace ballot {
 namespace {
@@ -33,90 +25,6 @@ namespace {
 constexpr double kError = 0x1p-46;  // of M, for a distance
 constexpr double kPart = 0x1p-50;   // 8 w of M |e|, for a part of an edge
 constexpr double kSide = 0x1p-49;   // 16 w of M |n| |e|, for a side
-
-/// A point as the walk knows it: boxes have squares of distances for t.
-struct Probe {
-  glm::dvec3 at;
-  double t_min = 0;
-};
-
-/// Returns a lower bound of the squared distance of a box, or nothing if it is above `far`. A square of a distance is
-/// off by 6 w of itself.
-std::optional<double> enter(const Probe& p, const Bounds& box, double far) {
-  double square = 0;
-  for (int k = 0; k < 3; ++k) {
-    const double out = std::max({double(box.lo[k]) - p.at[k], p.at[k] - double(box.hi[k]), 0.0});
-    square += out * out;
-  }
-  square *= 1 - 0x1p-49;
-  return square <= far ? std::optional(square) : std::nullopt;
-}
-
-/// The same for the tree of a mesh that an instance moves. Boxes are of the mesh's space.
-class MovedProbe {
- public:
-  MovedProbe(const glm::dvec3& point, const Transform& transform, const Bounds& mesh) {
-    for (int k = 0; k < 3; ++k) {
-      double sum = std::abs(double(transform.m[k][3]));
-      for (int j = 0; j < 3; ++j) {
-        m_[k][j] = transform.m[k][j];
-        sum += std::abs(m_[k][j]) * std::max(std::abs(double(mesh.lo[j])), std::abs(double(mesh.hi[j])));
-      }
-      from_[k] = double(transform.m[k][3]) - point[k];
-      room_[k] = 5 * 0x1p-24 * sum + 0x1p-48 * std::abs(point[k]) + 0x1p-120;
-    }
-  }
-  /// Returns the centre, relative to the point, and the half extents of a box that holds what it holds in the world.
-  std::pair<glm::dvec3, glm::dvec3> moved(const Bounds& box) const {
-    const glm::dvec3 centre = 0.5 * (glm::dvec3(box.lo) + glm::dvec3(box.hi)), half = glm::dvec3(box.hi) - centre;
-    glm::dvec3 to = from_, reach = room_;
-    for (int k = 0; k < 3; ++k)
-      for (int j = 0; j < 3; ++j) to[k] += m_[k][j] * centre[j], reach[k] += std::abs(m_[k][j]) * half[j];
-    return {to, reach};
-  }
-
-  double t_min = 0;
-
- private:
-  double m_[3][3];
-  glm::dvec3 from_, room_;
-};
-
-std::optional<double> enter(const MovedProbe& p, const Bounds& box, double far) {
-  const auto [to, reach] = p.moved(box);
-  double square = 0;
-  for (int k = 0; k < 3; ++k) {
-    const double out = std::max(std::abs(to[k]) - reach[k], 0.0);
-    square += out * out;
-  }
-  square *= 1 - 0x1p-49;
-  return square <= far ? std::optional(square) : std::nullopt;
-}
-
-/// Visits the leaves of a tree over boxes, near ones first: visit(number of the box). It may lower t_far.
-template <class Visit>
-void walk_boxes(const Bvh& bvh, const Probe& probe, const double& t_far, const Visit& visit) {
-  std::vector<std::pair<std::uint32_t, double>> open;
-  if (!bvh.nodes.empty()) open.emplace_back(0, 0);
-  while (!open.empty()) {
-    const auto [number, near] = open.back();
-    open.pop_back();
-    if (near > t_far) continue;
-    const BvhNode& node = bvh.nodes[number];
-    if (node.count) {
-      visit(bvh.references[node.first]);
-      continue;
-    }
-    const auto at = [&](std::uint32_t child) {
-      return enter(probe, Bounds{bvh.nodes[child].lo, bvh.nodes[child].hi}, t_far);
-    };
-    const std::optional<double> left = at(node.first), right = at(node.first + 1);
-    const bool right_first = left && right && *right < *left;
-    if (left && right_first) open.emplace_back(node.first, *left);
-    if (right) open.emplace_back(node.first + 1, *right);
-    if (left && !right_first) open.emplace_back(node.first, *left);
-  }
-}
 
 struct Side {
   Side(const glm::dvec3& p, const glm::dvec3& q, const glm::dvec3& edge)
@@ -283,47 +191,15 @@ class Nearby {
 
 }  // namespace
 
-ExactClosestPoints::ExactClosestPoints(OracleScene scene) : scene_(std::move(scene)) {
-  const Forest* forest = scene_.forest();
-  if (!forest) return;
-  std::vector<Bounds> boxes;
-  for (std::uint32_t i = 0; i < forest->size(); ++i) {
-    const PairTree& tree = *scene_.trees()[forest->mesh_of(i)];
-    if (tree.root == END_OF_TREE) continue;
-    const auto [to, reach] = MovedProbe(glm::dvec3(0), forest->transforms()[i], tree.bounds).moved(tree.bounds);
-    boxes.push_back(rounded_outwards(to - reach, to + reach));
-    instances_.push_back(i);
-  }
-  top_ = build_box_bvh(boxes);
-}
-
 ExactClosest ExactClosestPoints::nearest(const glm::vec3& point, float limit,
                                          const std::pair<std::uint32_t, Triangle>* near) const {
   if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z) || !(limit >= 0)) return {};
   Nearby nearby(point, limit);
   if (near) nearby.consider(near->first, near->second);
-  const Probe probe{glm::dvec3(point)};
   double far = nearby.far();
-  const Forest* forest = scene_.forest();
-  if (!forest) {
-    const PairTree& bvh = *scene_.trees()[0];
-    Walker(bvh).walk(probe, far, [&](std::uint32_t texel) {
-      nearby.consider(decode_prim(bvh, texel), decode_triangle(bvh, texel));
-      far = nearby.far();
-      return true;
-    });
-    return nearby.choose();
-  }
-  walk_boxes(top_, probe, far, [&](std::uint32_t number) {
-    const std::uint32_t i = instances_[number];
-    const PairTree& tree = *scene_.trees()[forest->mesh_of(i)];
-    const Transform& transform = forest->transforms()[i];
-    Walker(tree).walk(MovedProbe(probe.at, transform, tree.bounds), far, [&](std::uint32_t texel) {
-      nearby.consider(forest->first_of(i) + decode_prim(tree, texel),
-                      moved_corners(transform, decode_triangle(tree, texel)));
-      far = nearby.far();
-      return true;
-    });
+  scene_.for_each_near(point, far, [&](std::uint32_t prim, const Triangle& triangle) {
+    nearby.consider(prim, triangle);
+    far = nearby.far();
   });
   return nearby.choose();
 }

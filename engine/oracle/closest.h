@@ -5,15 +5,13 @@
 // of the smallest prim among those that are exactly as far. Triangles without area are in no leaf and are left out.
 // Those of instances have the float32 corners of moved_corner() (engine/tree/host/moved_corners.h).
 //
-// Method. A walk of the tree in double precision finds the triangles that may be the nearest by a proved error bound.
-// If there are several, features that are surely the same corner or edge are equally far; integers decide the others.
-// Instances are walked in the order of a tree over their boxes, which shares nothing with the top-level tree but its
-// builder.
+// Method. A walk of the scene in double precision (oracle_scene.h) finds the triangles that may be the nearest by a
+// proved error bound. If there are several, features that are surely the same corner or edge are equally far; integers
+// decide the others.
 #pragma once
 
 #include <glm/vec3.hpp>
 #include <utility>
-#include <vector>
 
 #include "engine/oracle/oracle_scene.h"
 #include "shaders/shared/query.h"
@@ -34,7 +32,7 @@ struct ExactClosest {
 class ExactClosestPoints {
  public:
   /// The instances of the scene must not move.
-  explicit ExactClosestPoints(OracleScene scene);
+  explicit ExactClosestPoints(OracleScene scene) : scene_(std::move(scene)) {}
 
   /// Returns the nearest triangle, if one is at most `limit` away: NO_HIT if not. `near` may be a triangle that is
   /// near, with its prim; it shortens the walk. A point that is not finite is near nothing.
@@ -43,8 +41,6 @@ class ExactClosestPoints {
 
  private:
   OracleScene scene_;
-  std::vector<std::uint32_t> instances_;  // those of a forest that have triangles
-  Bvh top_;                               // over their boxes
 };
 
 }  // namespace ballot

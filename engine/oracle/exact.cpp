@@ -113,7 +113,7 @@ class Search {
 
   const PairTree& bvh_;
   std::span<const std::uint32_t> lost_;
-  Walker walker_;
+  Walker<PairTree> walker_;
   std::optional<HitCandidate> best_;
   ExactCounts& counts_;
 };
@@ -161,11 +161,10 @@ ExactCounts operator-(const ExactCounts& a, const ExactCounts& b) {
 
 ExactOracle::ExactOracle(OracleScene scene) : scene_(std::move(scene)) {
   for (std::size_t mesh = 0; mesh < scene_.trees().size(); ++mesh) {
-    const LeafIndex& leaves = leaves_.emplace_back(*scene_.trees()[mesh]);
     std::vector<std::uint32_t>& lost = lost_.emplace_back();
     const std::span<const Triangle> triangles = scene_.triangles(mesh);
     for (std::uint32_t prim = 0; prim < triangles.size(); ++prim)
-      if (leaves.texel(prim) == NO_HIT && has_area(triangles[prim])) lost.push_back(prim);
+      if (scene_.leaf_texel_of(mesh, prim) == NO_HIT && has_area(triangles[prim])) lost.push_back(prim);
   }
 }
 
@@ -243,7 +242,7 @@ bool ExactOracle::ties(const Ray& ray, const ExactHit& a, const ExactHit& b, Ari
 std::optional<Triangle> ExactOracle::triangle(std::uint32_t prim) const {
   if (!scene_.may_have(prim)) return std::nullopt;
   const auto [mesh, first] = scene_.place_of(prim);
-  const std::uint32_t own = prim - first, texel = leaves_[mesh].texel(own);
+  const std::uint32_t own = prim - first, texel = scene_.leaf_texel_of(mesh, own);
   if (std::ranges::binary_search(lost_[mesh], own)) return scene_.triangles(mesh)[own];
   if (texel == NO_HIT) return std::nullopt;
   return decode_triangle(*scene_.trees()[mesh], texel);

@@ -90,7 +90,6 @@ class ExactOracle {
   void add(const ExactCounts& counts) const;
 
   OracleScene scene_;
-  std::vector<LeafIndex> leaves_;                 // of each mesh
   std::vector<std::vector<std::uint32_t>> lost_;  // of each mesh
   mutable std::array<std::atomic<std::uint64_t>, 5> totals_{};
 };

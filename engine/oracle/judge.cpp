@@ -221,13 +221,13 @@ Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, s
 }
 
 // Judges an answer about a mesh. `answer` and `truth` have the mesh's own numbers.
-Opinion judge_in(const PlacedMesh& mesh, const LeafIndex& leaves, const Hit& answer, const OracleHit& truth, Want want,
+Opinion judge_in(const OracleScene& scene, const PlacedMesh& mesh, const Hit& answer, const OracleHit& truth, Want want,
                  Arithmetic arithmetic) {
   const bool missed = answer.prim == NO_HIT;
   if (is_dead(mesh.ray)) return {missed ? Verdict::Same : Verdict::FalseHit};
   RayFrame frame(mesh.ray, mesh.tree.bounds);
   frame.arithmetic = arithmetic;
-  const std::uint32_t texel = leaves.texel(answer.prim);
+  const std::uint32_t texel = scene.leaf_texel_of(mesh.mesh, answer.prim);
   if (arithmetic == Arithmetic::Exact) return judge_exactly(mesh.tree, frame, answer, texel, truth, want);
   if (missed) return judge_miss(mesh.tree, frame, truth);
   return judge_hit(mesh.tree, frame, answer, texel, truth, want);
@@ -258,8 +258,7 @@ Hit in_mesh(const PlacedMesh& mesh, const Hit& answer) {
 }
 
 // Judges an answer about instances.
-Opinion judge_among(const OracleScene& scene, std::span<const LeafIndex> leaves, const Ray& ray, const Hit& answer,
-                    Want want, Arithmetic arithmetic) {
+Opinion judge_among(const OracleScene& scene, const Ray& ray, const Hit& answer, Want want, Arithmetic arithmetic) {
   constexpr Hit kMiss{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
   const bool missed = answer.prim == NO_HIT;
   if (!missed && (is_dead(ray) || !scene.may_have(answer.prim))) return {Verdict::FalseHit};
@@ -267,7 +266,7 @@ Opinion judge_among(const OracleScene& scene, std::span<const LeafIndex> leaves,
   if (is_dead(ray)) return {};
   Opinion opinion;
   const auto add = [&](const PlacedMesh& mesh, const Hit& given) {
-    const Opinion one = judge_in(mesh, leaves[mesh.mesh], given, nearest_in(mesh), want, arithmetic);
+    const Opinion one = judge_in(scene, mesh, given, nearest_in(mesh), want, arithmetic);
     if (one.verdict != Verdict::Same && !is_error(opinion.verdict)) opinion.verdict = one.verdict;
     opinion.t_error = std::max(opinion.t_error, one.t_error);
   };
@@ -278,7 +277,7 @@ Opinion judge_among(const OracleScene& scene, std::span<const LeafIndex> leaves,
     const Hit given = in_mesh(*named, answer);
     add(*named, given);
     if (is_error(opinion.verdict) || want == Want::Any) return opinion;
-    before = double(given.t) - allowance_in(*named, leaves[named->mesh].texel(given.prim), arithmetic).t;
+    before = double(given.t) - allowance_in(*named, scene.leaf_texel_of(named->mesh, given.prim), arithmetic).t;
   }
   scene.for_each(ray, [&](PlacedMesh mesh) {
     if (is_error(opinion.verdict) || (named && mesh.first == named->first)) return;
@@ -290,10 +289,10 @@ Opinion judge_among(const OracleScene& scene, std::span<const LeafIndex> leaves,
 }
 
 // Judges an answer about a scene.
-Opinion judge_one(const OracleScene& scene, std::span<const LeafIndex> leaves, const Ray& ray, const Hit& answer,
-                  const OracleHit& truth, Want want, Arithmetic arithmetic) {
-  if (scene.forest()) return judge_among(scene, leaves, ray, answer, want, arithmetic);
-  return judge_in({*scene.trees()[0], {}, ray}, leaves[0], answer, truth, want, arithmetic);
+Opinion judge_one(const OracleScene& scene, const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
+                  Arithmetic arithmetic) {
+  if (scene.forest()) return judge_among(scene, ray, answer, want, arithmetic);
+  return judge_in(scene, {*scene.trees()[0], {}, ray}, answer, truth, want, arithmetic);
 }
 
 const char* name_of(Verdict verdict) {
@@ -336,7 +335,7 @@ Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arith
   std::optional<PlacedMesh> mesh;
   if (scene_.may_have(prim)) {
     mesh.emplace(scene_.mesh_of(ray, prim));
-    texel = leaves_[mesh->mesh].texel(prim - mesh->first);
+    texel = scene_.leaf_texel_of(mesh->mesh, prim - mesh->first);
   }
   if (texel == NO_HIT) fail(Failure::Arguments, "oracle: no leaf of the hierarchy holds prim {}", prim);
   Allowance allowed = allowance_in(*mesh, texel, arithmetic);
@@ -346,14 +345,14 @@ Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arith
 
 Verdict Oracle::judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                       Arithmetic arithmetic) const {
-  return judge_one(scene_, leaves_, ray, answer, truth, want, arithmetic).verdict;
+  return judge_one(scene_, ray, answer, truth, want, arithmetic).verdict;
 }
 
 Verdict Oracle::judge_values(const Ray& ray, const Hit& answer, const OracleHit& own, Want want,
                              Arithmetic arithmetic) const {
   const PlacedMesh mesh = scene_.mesh_of(ray, answer.prim);
   const OracleHit truth{own.t / mesh.scale, own.prim - mesh.first, own.u, own.v};
-  return judge_in(mesh, leaves_[mesh.mesh], in_mesh(mesh, answer), truth, want, arithmetic).verdict;
+  return judge_in(scene_, mesh, in_mesh(mesh, answer), truth, want, arithmetic).verdict;
 }
 
 Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth,
@@ -365,7 +364,7 @@ Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers,
   for_chunks(rays.size(), scene_.forest() ? kRaysOfInstances : kRaysPerJudgeChunk,
              [&](std::size_t begin, std::size_t end) {
                for (std::size_t i = begin; i < end; ++i)
-                 opinions[i] = judge_one(scene_, leaves_, rays[i], answers[i], truth[i], want, arithmetic);
+                 opinions[i] = judge_one(scene_, rays[i], answers[i], truth[i], want, arithmetic);
              });
   Judgement sum;
   for (std::size_t i = 0; i < opinions.size(); ++i) {

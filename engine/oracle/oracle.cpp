@@ -125,10 +125,6 @@ OracleHit nearest_in(const PlacedMesh& mesh) {
   return best;
 }
 
-Oracle::Oracle(OracleScene scene) : scene_(std::move(scene)) {
-  for (const PairTree* tree : scene_.trees()) leaves_.emplace_back(*tree);
-}
-
 OracleHit Oracle::nearest(const Ray& ray) const {
   return is_dead(ray) ? OracleHit{} : scene_.nearest<OracleHit>(ray, nearest_in);
 }

@@ -44,7 +44,7 @@ struct Allowance {
 /// The double precision oracle of a scene. The rays of instances are those of float32. Thread-safe.
 class Oracle {
  public:
-  explicit Oracle(OracleScene scene);
+  explicit Oracle(OracleScene scene) : scene_(std::move(scene)) {}
 
   /// Returns the nearest hit: the smallest t in [t_min, t_max], and among equal t the smallest prim. Dead rays miss.
   OracleHit nearest(const Ray& ray) const;
@@ -73,7 +73,6 @@ class Oracle {
 
  private:
   OracleScene scene_;
-  std::vector<LeafIndex> leaves_;  // of each mesh
 };
 
 /// The farthest from a scene that a ray may start, in diagonals of the scene's bounds, for the promises of the numeric

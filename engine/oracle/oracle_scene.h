@@ -1,7 +1,8 @@
 // What oracles look at: the trees of meshes, and the instances that place them. A single tree is one mesh, placed as it
-// is. Every oracle answers about a scene, by what it finds in the meshes that a ray meets.
+// is. Every oracle answers about a scene, by what it finds in the meshes that a ray meets, or near a point.
 #pragma once
 
+#include <functional>
 #include <glm/vector_relational.hpp>
 #include <memory>
 #include <span>
@@ -24,22 +25,11 @@ struct PlacedMesh {
   bool mirrors = false;                 // the instance turns the fronts of triangles
 };
 
-/// Where the leaves of a tree hold each of its triangles.
-class LeafIndex {
- public:
-  explicit LeafIndex(const PairTree& tree);
-  /// Returns the texel of a triangle in the leaf array; NO_HIT if no leaf holds it.
-  std::uint32_t texel(std::uint32_t prim) const { return prim < texels_.size() ? texels_[prim] : NO_HIT; }
-
- private:
-  std::vector<std::uint32_t> texels_;
-};
-
 /// Meshes and instances. Thread-safe.
 class OracleScene {
  public:
   /// One tree, and the scene's triangles by their prims, or none. Keeps references.
-  OracleScene(const PairTree& tree, std::span<const Triangle> triangles = {}) : trees_{&tree}, triangles_(triangles) {}
+  OracleScene(const PairTree& tree, std::span<const Triangle> triangles = {});
   /// A forest, which must keep its transforms, and the pair trees of its meshes. Keeps references.
   OracleScene(const Forest& forest, std::vector<const PairTree*> trees);
   /// The same; makes the pair trees of trees that all have their nodes.
@@ -82,6 +72,12 @@ class OracleScene {
     }
   }
 
+  /// Is given a triangle of the scene, with its corners in the world (engine/tree/host/moved_corners.h).
+  using VisitTriangle = std::function<void(std::uint32_t prim, const Triangle& triangle)>;
+  /// Calls visit for every triangle of a leaf that may be within a distance of a point, near leaves first. `far` is the
+  /// square of the distance; visit may lower it.
+  void for_each_near(const glm::dvec3& point, const double& far, const VisitTriangle& visit) const;
+
   /// Returns a triangle of the scene in the world, as closest points have it (engine/tree/host/moved_corners.h).
   Triangle world_triangle(std::uint32_t prim) const {
     return forest_ ? moved_triangle(*forest_, prim) : triangles_[prim];
@@ -112,17 +108,22 @@ class OracleScene {
   /// Returns that mesh as a ray meets it. The ray must not be dead.
   PlacedMesh mesh_of(const Ray& ray, std::uint32_t prim) const;
 
+  /// Returns where a leaf of a mesh's tree holds a triangle: a texel, or NO_HIT if none does.
+  std::uint32_t leaf_texel_of(std::size_t mesh, std::uint32_t prim) const;
+
  private:
   struct Boxes;
+  struct Leaves;
   /// Returns the instances that a ray may meet, in order.
   std::vector<std::uint32_t> met(const Ray& ray) const;
   PlacedMesh placed(const Instance& instance, const Ray& ray) const;
 
   const Forest* forest_ = nullptr;
-  std::shared_ptr<const Boxes> boxes_;  // of the instances
   std::shared_ptr<const std::vector<PairTree>> made_;
   std::vector<const PairTree*> trees_;
   std::span<const Triangle> triangles_;  // of a single tree
+  std::shared_ptr<const Boxes> boxes_;   // of the instances
+  std::shared_ptr<Leaves> leaves_;       // found on first use
 };
 
 }  // namespace ballot

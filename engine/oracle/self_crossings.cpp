@@ -96,7 +96,7 @@ std::optional<double> enter(const Box& box, const Bounds& node, double) {
 class CrossingSearch {
  public:
   /// Keeps references to all arguments.
-  CrossingSearch(std::span<const Triangle> triangles, const PairTree& tree, const Progress& progress)
+  CrossingSearch(std::span<const Triangle> triangles, const Bvh& tree, const Progress& progress)
       : triangles_(triangles), tree_(tree), progress_(progress) {}
 
   /// Looks at round after round of triangles, until all are done or a bound is met. Bounds are looked at between rounds
@@ -134,16 +134,15 @@ class CrossingSearch {
   }
 
   /// Looks for triangles beyond number i that pass through it. Returns false if it met a bound.
-  bool look_at(std::size_t i, Walker& walker, CrossingPairs& mine, std::uint64_t& all_looks) {
+  bool look_at(std::size_t i, Walker<Bvh>& walker, CrossingPairs& mine, std::uint64_t& all_looks) {
     const Box box(triangles_[i]);
     const std::size_t before = mine.size();
     std::uint64_t looks = 0, told = 0;
     bool all = true;
-    walker.walk(box, 0.0, [&](std::uint32_t texel) {
+    walker.walk(box, 0.0, [&](std::uint32_t prim) {
       if (looks >= kLooksOfOne || mine.size() - before >= kCrossingsOfOne) return all = false;
       ++looks;
       if (looks - told >= kLooksBetweenCalls) told = looks, tell(0);
-      const std::uint32_t prim = decode_prim(tree_, texel);
       if (prim <= i) return true;
       const Box other(triangles_[prim]);
       if (box.meets(other.lo, other.hi) && pass_through(triangles_[i], triangles_[prim], looks))
@@ -170,7 +169,7 @@ class CrossingSearch {
   }
 
   std::span<const Triangle> triangles_;
-  const PairTree& tree_;
+  const Bvh& tree_;
   const Progress& progress_;
   std::mutex mutex_;
   CrossingPairs pairs_;
@@ -190,8 +189,7 @@ SelfCrossings self_crossings(std::span<const Triangle> triangles, const Progress
   const Bvh bvh = build_bvh(triangles, {.builder = BuilderId::Balanced}, [&](double share) {
     if (progress) progress(kBuildShare * share);
   });
-  const PairTree tree = encode_pairs(bvh, triangles, NodeLayout::Interleaved);
-  CrossingSearch search(triangles, tree, progress);
+  CrossingSearch search(triangles, bvh, progress);
   search.run();
   return search.result();
 }
