@@ -20,12 +20,6 @@ std::vector<Hit> hits_of(const std::vector<ExactCrossing>& crossings) {
 
 }  // namespace
 
-OracleScene oracle_scene(DeviceTree& tree) {
-  tree.bring_triangles();
-  if (const Forest* forest = tree.forest()) return {*forest, tree.any_mesh_pairs()};
-  return {tree.any_pairs(), tree.triangles()};
-}
-
 std::vector<ExactCrossing> ExactLists::find(const RaySpan& rays, std::size_t i) const {
   const Ray& ray = rays.rays[i];
   const std::uint32_t mask = rays.masks.empty() ? kAnyMask : rays.masks[i];

@@ -10,15 +10,11 @@
 
 namespace ballot {
 
-/// Returns what oracles look at for a tree or a forest. Keeps references to its arrays on the host.
-OracleScene oracle_scene(DeviceTree& tree);
-
 /// The exact crossings of rays with a tree, as a query asks for them. put_in_order() is thread-safe.
 class ExactLists {
  public:
-  /// `scene` is that of the tree. Keeps references to the tree, its arrays and to the query's masks.
-  ExactLists(DeviceTree& tree, const OracleScene& scene, const CrossingQuery& query)
-      : tree_(tree), oracle_(scene), query_(query) {}
+  /// Keeps references to the tree, its arrays and to the query's masks.
+  ExactLists(DeviceTree& tree, const CrossingQuery& query) : tree_(tree), oracle_(tree.oracle_scene()), query_(query) {}
 
   /// Replaces each count that is UNSURE by the exact one, on all cores.
   void count(const RaySpan& rays, std::span<std::uint32_t> counts) const;

@@ -1,6 +1,5 @@
 #include "engine/answer/point_queries.h"
 
-#include "engine/answer/exact_lists.h"
 #include "engine/answer/point_parts.h"
 #include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
@@ -40,7 +39,7 @@ Nearest record_of(const glm::vec3& point, const ExactClosest& found, const Oracl
 /// Replaces answers by those of the exact nearest triangles.
 void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::span<Nearest> answers,
                     const PseudonormalArray* sides) {
-  const OracleScene scene = oracle_scene(tree);
+  const OracleScene& scene = tree.oracle_scene();
   const ExactClosestPoints oracle(scene);
   const Stopwatch watch(tree.walked_s());
   for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
@@ -55,7 +54,7 @@ void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::s
 }
 
 void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
-  const ExactCrossings oracle(oracle_scene(tree));
+  const ExactCrossings oracle(tree.oracle_scene());
   const Stopwatch watch(tree.walked_s());
   for_chunks(points.size(), kSettled, [&](std::size_t begin, std::size_t end) {
     check_interruption();

@@ -6,7 +6,6 @@
 #include <glm/geometric.hpp>
 #include <mutex>
 
-#include "engine/answer/exact_lists.h"
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
 #include "engine/oracle/closest.h"
@@ -182,13 +181,13 @@ QueryErrors& QueryErrors::operator+=(const QueryErrors& other) {
   return *this;
 }
 
-QueryJudge::QueryJudge(DeviceTree& tree) : scene_(oracle_scene(tree)) {
+QueryJudge::QueryJudge(DeviceTree& tree) : scene_(tree.oracle_scene()) {
+  const ExactOracle oracle(scene_);
   for (std::size_t mesh = 0; mesh < scene_.trees().size(); ++mesh) {
-    const ExactOracle oracle(*scene_.trees()[mesh], scene_.triangles(mesh));
-    if (oracle.lost().empty()) continue;
+    if (oracle.lost(mesh).empty()) continue;
     fail(Failure::Work,
          "the tree{} lacks triangle {}, which has an area; its builder is wrong: choose another by --build",
-         scene_.forest() ? fmt::format(" of mesh {}", mesh) : "", oracle.lost().front());
+         scene_.forest() ? fmt::format(" of mesh {}", mesh) : "", oracle.lost(mesh).front());
   }
 }
 

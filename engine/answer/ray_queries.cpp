@@ -169,8 +169,6 @@ struct RayQueries::Parts {
   CrossingKernels kernels;
   CrossingQuery query;
   CrossingVariant variant;
-  std::optional<OracleScene> exact_scene;  // of the tree of this generation
-  std::uint64_t scene_generation = 0;
   std::optional<ExactLists> exact_lists;  // of a query in mode exact
   std::optional<bool> counts_first;
   bool by_counts = false;
@@ -195,12 +193,7 @@ void RayQueries::Parts::begin(const RaySource& source, const CrossingQuery& want
   by_counts = lists && !variant.first && counts_first.value_or(!gpu.info().is_cpu());
   kernels.prepare(variant.masks, query.triangle_masks);
   exact_lists.reset();
-  if (!query.exact) return;
-  if (!exact_scene || scene_generation != kernels.tree().generation()) {
-    exact_scene.emplace(oracle_scene(kernels.tree()));
-    scene_generation = kernels.tree().generation();
-  }
-  exact_lists.emplace(kernels.tree(), *exact_scene, query);
+  if (query.exact) exact_lists.emplace(kernels.tree(), query);
 }
 
 /// Reads rays and puts them into an order. On a CPU device that is one in which neighbours are alike.

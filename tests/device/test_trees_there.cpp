@@ -88,7 +88,7 @@ TEST_F(TreesThere, KernelsReadThemBesideThoseOfTheHost) {
   for (const NodeLayout layout : {NodeLayout::Interleaved, NodeLayout::Paper})
     for (std::size_t mesh = 1; mesh < meshes.size(); ++mesh) expect_region(tracer.tree(), mesh, {.layout = layout});
 
-  const Oracle oracle(OracleScene(forest, tracer.tree().any_mesh_pairs()));  // reads nodes back
+  const Oracle oracle(tracer.tree().oracle_scene());  // reads nodes back
   const std::vector<Ray> rays = rays_for(forest, 300);
   std::vector<Hit> hits(rays.size());
   tracer.trace(rays, hits, {});

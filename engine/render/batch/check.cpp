@@ -19,6 +19,7 @@ bool untouched(const Hit& hit) {
   return std::memcmp(&hit, &pattern, sizeof hit) == 0;
 }
 
+/// Oracles look at plain boxes here, whichever ones the traces that they judge read.
 OracleScene scene_of(Tracer& tracer) {
   DeviceTree& tree = tracer.tree();
   const Forest* forest = tree.forest();

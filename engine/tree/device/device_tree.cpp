@@ -41,7 +41,7 @@ DeviceTree::DeviceTree(Context& gpu, Forest& forest) : gpu_(gpu), forest_(&fores
   for (const MeshTree& mesh : forest.meshes()) meshes_.emplace_back().replace(*mesh.bvh, mesh.triangles, mesh.there);
   padded_reach_ = least_reach();
   take_facts();
-  generation_ = next_revision();
+  number_generation();
 }
 
 /// Returns the smallest reach of the meshes that can be hit.
@@ -56,7 +56,12 @@ float DeviceTree::least_reach() const {
 void DeviceTree::begin_generation() {
   std::erase_if(arrays_, [](const auto& item) { return !item.second.used; });
   for (auto& [key, array] : arrays_) array.used = false;
+  number_generation();
+}
+
+void DeviceTree::number_generation() {
   generation_ = next_revision();
+  oracle_scene_.reset();
 }
 
 void DeviceTree::replace(const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
@@ -141,6 +146,14 @@ Fetch DeviceTree::fitting_fetch(Fetch wanted) const {
   for (const Fetch fetch : {wanted, Fetch::Reference, Fetch::Texel, Fetch::Storage})
     if (fits(fetch)) return fetch;
   return wanted;
+}
+
+const OracleScene& DeviceTree::oracle_scene() {
+  bring_triangles();
+  if (oracle_scene_) return *oracle_scene_;
+  std::vector<const PairTree*> pairs;
+  for (MeshArrays& mesh : meshes_) pairs.push_back(&mesh.any_pairs());
+  return forest_ ? oracle_scene_.emplace(*forest_, std::move(pairs)) : oracle_scene_.emplace(*pairs[0], triangles());
 }
 
 std::uint32_t DeviceTree::root() { return forest_ ? forest_->top_facts().root : meshes_[0].root(); }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/model/features.h"
+#include "engine/oracle/oracle_scene.h"
 #include "engine/tree/device/joined_array.h"
 #include "engine/tree/device/mesh_arrays.h"
 #include "engine/tree/device/shear.h"
@@ -119,20 +120,16 @@ class DeviceTree {
   float padded_reach() const { return padded_reach_; }
   const ShearScale& shear() const { return shear_; }
 
-  /// Returns the pair tree on the host, as it is uploaded. The oracles walk the one without padding. Not for forests.
+  /// Returns the pair tree on the host, as it is uploaded. Not for forests.
   const PairTree& pairs(NodeLayout layout, Padding padding = Padding::Ray) { return meshes_[0].pairs(layout, padding); }
-  /// Returns one of these that is there, in any layout; makes one if none is.
-  const PairTree& any_pairs() { return meshes_[0].any_pairs(); }
-  /// Returns such a tree of each mesh.
-  std::vector<const PairTree*> any_mesh_pairs() {
-    std::vector<const PairTree*> all;
-    for (MeshArrays& mesh : meshes_) all.push_back(&mesh.any_pairs());
-    return all;
-  }
   /// The same as pairs(), of any mesh.
   const PairTree& mesh_pairs(std::size_t mesh, NodeLayout layout, Padding padding) {
     return meshes_[mesh].pairs(layout, padding);
   }
+
+  /// Returns what oracles look at: of each mesh such a tree that is there, in any layout, and all triangles. It and its
+  /// copies are valid until the next generation begins.
+  const OracleScene& oracle_scene();
 
   /// Returns the child reference at which traversal begins. It is the same in every format.
   std::uint32_t root();
@@ -178,6 +175,7 @@ class DeviceTree {
   std::uint64_t largest_bytes() const;
   void describe(const TreeFacts& facts);
   void begin_generation();
+  void number_generation();
   void take_facts();
   void exchange(std::size_t mesh, MeshTree& with);
   float least_reach() const;
@@ -208,6 +206,7 @@ class DeviceTree {
   std::vector<MeshArrays> meshes_;
   TreeFacts facts_;
   std::uint64_t generation_ = 0;
+  std::optional<OracleScene> oracle_scene_;  // of this generation
   glm::vec3 box_origin_{0};
   float padded_reach_ = 0;
   ShearScale shear_{};

@@ -33,7 +33,7 @@ void DeviceTree::move_instances(std::span<const Transform> transforms) {
   else
     move_on_host(transforms);
   take_facts();
-  generation_ = next_revision();
+  number_generation();
 }
 
 void DeviceTree::exchange(std::size_t mesh, MeshTree& with) {
