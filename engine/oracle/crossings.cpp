@@ -71,8 +71,8 @@ void add_sorted(const PlacedMesh& mesh, const FilterRay& ray, std::vector<Crosse
                 std::vector<ExactCrossing>& all) {
   std::ranges::sort(found, [](const Crossed& a, const Crossed& b) { return a.before(b); });
   // A triangle may lie in several leaves.
-  const auto twice = std::ranges::unique(found, {}, &Crossed::prim);
-  found.erase(twice.begin(), twice.end());
+  const auto same = [](const Crossed& a, const Crossed& b) { return a.prim() == b.prim(); };
+  found.erase(std::unique(found.begin(), found.end(), same), found.end());
   all.reserve(all.size() + found.size());
   for (const Crossed& c : found) {
     ExactCrossing& made = all.emplace_back(c.numbers(ray));
@@ -114,8 +114,7 @@ bool is_inside(const PairTree& tree, const glm::vec3& point) {
     return true;
   });
   std::ranges::sort(crossed);
-  const auto twice = std::ranges::unique(crossed);
-  return (crossed.size() - twice.size()) % 2 == 1;
+  return (std::unique(crossed.begin(), crossed.end()) - crossed.begin()) % 2 == 1;
 }
 
 }  // namespace

@@ -18,11 +18,7 @@
 namespace ballot {
 
 /// A crossing. t, u and v are within 2^-30 of the exact numbers, relative to these or, u and v, to 1.
-struct ExactCrossing {
-  double t = 0;
-  std::uint32_t prim = 0;
-  double u = 0, v = 0;
-};
+using ExactCrossing = OracleHit;
 
 /// Tells whether a crossing is wanted: of which triangle, and from its front (the side from which its vertices run
 /// counter-clockwise).

@@ -1,7 +1,6 @@
 #include "engine/oracle/error_findings.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "engine/core/error.h"
 
@@ -34,11 +33,6 @@ void sum_up_t(ErrorFigures& sum, std::span<const Finding> findings) {
 }
 
 }  // namespace
-
-double in_ulps(double difference, double t) {
-  constexpr double kSmallest = std::numeric_limits<float>::min();
-  return std::ldexp(difference, 23 - std::ilogb(std::max(std::abs(t), kSmallest)));
-}
 
 void check_sizes(const Answers& of) {
   if (of.rays.size() != of.answers.size() || of.rays.size() != of.truth.size())

@@ -1,7 +1,6 @@
 // What judges find on single answers, and how that adds up to error figures. Internal to engine/oracle.
 #pragma once
 
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <span>
@@ -9,9 +8,6 @@
 #include "engine/oracle/errors.h"
 
 namespace ballot {
-
-/// Returns a difference of t in ulps of float32 at max(|t|, FLT_MIN).
-double in_ulps(double difference, double t);
 
 /// A judge's finding on one answer.
 struct Finding {

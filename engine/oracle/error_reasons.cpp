@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "engine/core/error.h"
-#include "engine/oracle/error_findings.h"
 #include "engine/oracle/predicates.h"
+#include "engine/oracle/ulp.h"
 
 namespace ballot {
 namespace {

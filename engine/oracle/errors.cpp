@@ -3,12 +3,11 @@
 #include "engine/oracle/error_findings.h"
 #include "engine/oracle/error_reasons.h"
 #include "engine/oracle/in_parallel.h"
+#include "engine/oracle/ulp.h"
 
 namespace ballot {
 
 namespace {
-
-OracleHit rounded(const ExactHit& hit) { return {hit.t, hit.prim, hit.u, hit.v}; }
 
 /// Judges answers by the two oracles of a scene.
 class Judge {
@@ -36,7 +35,7 @@ class Judge {
   }
 
   Finding wrong(ErrorKind kind, const Ray& ray, const Hit& answer, const ExactHit& truth) const {
-    const Verdict verdict = bound_.judge(ray, answer, rounded(truth), want_, arithmetic_);
+    const Verdict verdict = bound_.judge(ray, answer, truth, want_, arithmetic_);
     const bool covered = verdict == Verdict::Tie || verdict == Verdict::Same;
     return {.wrong = kind, .within_bound = covered && arithmetic_ != Arithmetic::Exact};
   }
@@ -47,7 +46,7 @@ class Judge {
     finding.tie = tie;
     const double error = in_ulps(std::abs(answer.t - own.t), own.t);
     if (std::isfinite(error)) finding.t_ulp = error;
-    if (bound_.judge_values(ray, answer, rounded(own), want_, arithmetic_) == Verdict::Same) return finding;
+    if (bound_.judge_values(ray, answer, own, want_, arithmetic_) == Verdict::Same) return finding;
     finding.tie = false;
     finding.wrong = ErrorKind::WrongValue;
     return finding;

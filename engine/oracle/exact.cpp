@@ -7,13 +7,12 @@
 #include <utility>
 
 #include "engine/core/error.h"
-#include "engine/oracle/error_findings.h"
 #include "engine/oracle/filter.h"
 #include "engine/oracle/filter_box.h"
 #include "engine/oracle/in_parallel.h"
 #include "engine/oracle/oracle.h"
 #include "engine/oracle/predicates.h"
-#include "engine/oracle/sight.h"
+#include "engine/oracle/ulp.h"
 #include "engine/oracle/walker.h"
 
 namespace ballot {
@@ -128,7 +127,7 @@ class Searches {
   ExactHit nearest(const Ray& ray) {
     ++counts_.rays;
     if (is_dead(ray)) return {};
-    return scene_.nearest<ExactHit>(ray, [&](const PlacedMesh& mesh) {
+    return scene_.nearest(ray, [&](const PlacedMesh& mesh) {
       std::unique_ptr<Search>& search = of_[mesh.mesh];
       if (!search) search = std::make_unique<Search>(mesh.tree, lost_[mesh.mesh], counts_);
       return search->nearest(mesh.ray, mesh.triangles);
@@ -181,12 +180,12 @@ std::vector<ExactHit> ExactOracle::nearest(std::span<const Ray> rays, const Prog
     for (std::size_t i = 0; i < some.size(); ++i) hits[i] = searches.nearest(some[i]);
     add(searches.counts());
   };
-  return hits_of<ExactHit>(rays, scene_.forest() ? kRaysOfInstances : kRaysPerExactChunk, find, progress);
+  return hits_of(rays, scene_.forest() ? kRaysOfInstances : kRaysPerExactChunk, find, progress);
 }
 
 ExactHit ExactOracle::brute_force(const Ray& ray) const {
   if (is_dead(ray)) return {};
-  return scene_.nearest<ExactHit>(ray, [&](const PlacedMesh& mesh) {
+  return scene_.nearest(ray, [&](const PlacedMesh& mesh) {
     if (is_dead(mesh.ray)) return ExactHit{};
     std::optional<ExactSight> best;
     std::uint32_t best_prim = NO_HIT;

@@ -26,14 +26,9 @@
 
 namespace ballot {
 
-/// A hit of the exact oracle, or a miss (prim is NO_HIT and the others are zero). t counts multiples of the direction;
-/// u and v are the barycentric coordinates of vertices 1 and 2. Each is a quotient of exact numbers, rounded to the
-/// nearest double or its neighbour, with an error below 0.502 ulp (Dyadic's quotient).
-struct ExactHit {
-  double t = 0;
-  std::uint32_t prim = NO_HIT;
-  double u = 0, v = 0;
-};
+/// A hit of the exact oracle. t, u and v are each a quotient of exact numbers, rounded to the nearest double or its
+/// neighbour, with an error below 0.502 ulp (Dyadic's quotient).
+using ExactHit = OracleHit;
 
 /// Counts of the work that nearest() does, and of the decisions that the filter left to exact arithmetic.
 struct ExactCounts {

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "engine/core/parallel.h"
-#include "engine/tree/host/bvh.h"
-#include "shaders/shared/layout.h"
+#include "engine/oracle/oracle_scene.h"
 
 namespace ballot {
 
@@ -16,10 +15,10 @@ inline constexpr std::size_t kRaysOfInstances = 256;
 
 /// Returns the hits of rays. find(some, hits) finds those of a chunk. Calls progress after every chunk, from one thread
 /// at a time.
-template <class HitOf, class Find>
-std::vector<HitOf> hits_of(std::span<const Ray> rays, std::size_t chunk, const Find& find,
-                           const Progress& progress = {}) {
-  std::vector<HitOf> hits(rays.size());
+template <class Find>
+std::vector<OracleHit> hits_of(std::span<const Ray> rays, std::size_t chunk, const Find& find,
+                               const Progress& progress = {}) {
+  std::vector<OracleHit> hits(rays.size());
   std::mutex mutex;
   std::size_t done = 0;
   for_chunks(rays.size(), chunk, [&](std::size_t begin, std::size_t end) {

@@ -37,6 +37,7 @@
 #include "engine/oracle/in_parallel.h"
 #include "engine/oracle/judge_range.h"
 #include "engine/oracle/oracle.h"
+#include "engine/oracle/ulp.h"
 #include "engine/oracle/walker.h"
 
 namespace ballot {
@@ -136,9 +137,6 @@ Range range_of(const RayFrame& ray, const Triangle& triangle) {
   return range;
 }
 
-// Returns the ulp of float32 at t. For denormal numbers it is that of the smallest normal number.
-double ulp(double t) { return std::ldexp(1, std::ilogb(std::max(std::abs(t), kFlush)) - 23); }
-
 bool same_vertices(const Triangle& a, const Triangle& b) { return std::memcmp(&a, &b, sizeof(Triangle)) == 0; }
 
 // True if the ray surely hits some triangle at a t that is surely less than `t`. An infinite `t` admits any triangle.
@@ -184,7 +182,7 @@ Opinion judge_exactly(const PairTree& bvh, const RayFrame& ray, const Hit& answe
   std::optional<OracleHit> hit = truth;
   if (answer.prim != truth.prim) hit = intersect(ray, decode_triangle(bvh, texel), answer.prim);
   if (!hit) return {Verdict::WrongPrim};
-  const double t_error = std::abs(answer.t - hit->t) / ulp(hit->t);
+  const double t_error = in_ulps(std::abs(answer.t - hit->t), hit->t);
   const double weight_error = std::max(std::abs(answer.u - hit->u), std::abs(answer.v - hit->v));
   const bool in_interval = answer.t >= ray.t_min && answer.t <= ray.t_max;
   const bool right = in_interval && t_error <= 1 && weight_error <= kExactWeights && !std::isnan(answer.v);

@@ -125,20 +125,18 @@ OracleHit nearest_in(const PlacedMesh& mesh) {
   return best;
 }
 
-OracleHit Oracle::nearest(const Ray& ray) const {
-  return is_dead(ray) ? OracleHit{} : scene_.nearest<OracleHit>(ray, nearest_in);
-}
+OracleHit Oracle::nearest(const Ray& ray) const { return is_dead(ray) ? OracleHit{} : scene_.nearest(ray, nearest_in); }
 
 std::vector<OracleHit> Oracle::nearest(std::span<const Ray> rays) const {
   const std::size_t chunk = scene_.forest() ? kRaysOfInstances : kRaysPerOracleChunk;
-  return hits_of<OracleHit>(rays, chunk, [&](std::span<const Ray> some, std::span<OracleHit> hits) {
+  return hits_of(rays, chunk, [&](std::span<const Ray> some, std::span<OracleHit> hits) {
     for (std::size_t i = 0; i < some.size(); ++i) hits[i] = nearest(some[i]);
   });
 }
 
 OracleHit Oracle::brute_force(const Ray& ray) const {
   if (is_dead(ray)) return {};
-  return scene_.nearest<OracleHit>(ray, [](const PlacedMesh& mesh) {
+  return scene_.nearest(ray, [](const PlacedMesh& mesh) {
     OracleHit best;
     if (is_dead(mesh.ray)) return best;
     const RayFrame frame(mesh.ray, mesh.tree.bounds);

@@ -12,13 +12,6 @@
 
 namespace ballot {
 
-/// A hit in double precision; prim is NO_HIT on a miss.
-struct OracleHit {
-  double t = 0;
-  std::uint32_t prim = NO_HIT;
-  double u = 0, v = 0;
-};
-
 /// The verdict on a float32 answer, compared with the double precision one. Float32 can neither decide rays that pass
 /// an edge closer than its rounding error nor order hits that are closer than that. Such an answer is a Tie only if the
 /// judge shows, from the bound of the rounding error (judge.cpp), that both answers lie within the bound. Everything

@@ -14,6 +14,14 @@
 
 namespace ballot {
 
+/// A hit in double precision, or a miss (prim is NO_HIT and the others are zero). t counts multiples of the direction;
+/// u and v are the barycentric coordinates of vertices 1 and 2.
+struct OracleHit {
+  double t = 0;
+  std::uint32_t prim = NO_HIT;
+  double u = 0, v = 0;
+};
+
 /// A mesh as a ray meets it, by the definition of object-space rays (engine/tree/host/instance.h).
 struct PlacedMesh {
   const PairTree& tree;
@@ -85,11 +93,11 @@ class OracleScene {
 
   /// Returns the nearest hit of a ray that is not dead: of the hits of instances, each by nearest(PlacedMesh), that of
   /// the smallest t, at equal t of the first instance.
-  template <class HitOf, class Nearest>
-  HitOf nearest(const Ray& ray, const Nearest& nearest_in) const {
-    HitOf best;
+  template <class Nearest>
+  OracleHit nearest(const Ray& ray, const Nearest& nearest_in) const {
+    OracleHit best;
     for_each(ray, [&](const PlacedMesh& mesh) {
-      HitOf hit = nearest_in(mesh);
+      OracleHit hit = nearest_in(mesh);
       if (hit.prim == NO_HIT) return;
       hit.t *= mesh.scale;
       hit.prim += mesh.first;
