@@ -91,13 +91,31 @@ void CrossingKernels::bind_rays(QueryKernel& kernel, const CrossingVariant& vari
   Buffer<Ray>& buffer = buffer_for(rays_, gpu_, some.rays.size(), "rays of a query");
   buffer.upload(some.rays);
   kernel.bind(BIND_RAYS, buffer);
+  bind_masks(kernel, variant, some.rays.size(), some.masks);
+}
+
+/// Binds what filters crossings.
+void CrossingKernels::bind_masks(QueryKernel& kernel, const CrossingVariant& variant, std::size_t rays,
+                                 std::span<const std::uint32_t> masks) {
   if (variant.alpha) kernel.bind(alpha_);
   if (!variant.masks) return;
-  Buffer<std::uint32_t>& masks = buffer_for(ray_masks_, gpu_, some.rays.size(), "masks of rays");
-  if (some.masks.empty()) all_bits_.assign(some.rays.size(), kAllBits);
-  masks.upload(some.masks.empty() ? std::span<const std::uint32_t>(all_bits_) : some.masks);
-  kernel.bind(BIND_RAY_MASKS, masks);
+  Buffer<std::uint32_t>& buffer = buffer_for(ray_masks_, gpu_, rays, "masks of rays");
+  if (masks.empty()) all_bits_.assign(rays, kAllBits);
+  buffer.upload(masks.empty() ? std::span<const std::uint32_t>(all_bits_) : masks);
+  kernel.bind(BIND_RAY_MASKS, buffer);
   kernel.bind(BIND_TRIANGLE_MASKS, *triangle_masks_);
+}
+
+std::uint32_t CrossingKernels::count_there(const CrossingVariant& variant, const Chunk<Ray, std::uint32_t>& chunk,
+                                           std::span<const std::uint32_t> masks, TraceTimes& times) {
+  QueryKernel& counts = kernel(variant, false);
+  counts.bind(BIND_RAYS, chunk.questions);
+  counts.bind(BIND_CROSSINGS, chunk.answers);
+  bind_masks(counts, variant, chunk.here.size(), masks);
+  const TreePiece whole{tree().root()};
+  if (!counts.can_record(chunk.count())) return counts.run(0, chunk.count(), whole, times, chunk.launched);
+  counts.record(0, chunk.count(), whole, times);
+  return 0;
 }
 
 std::uint32_t CrossingKernels::run(QueryKernel& kernel, Below piece, const CrossingVariant& variant,

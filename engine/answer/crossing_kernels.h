@@ -51,6 +51,9 @@ class CrossingKernels {
   /// ray that mode exact leaves open is UNSURE.
   std::uint32_t count(const CrossingVariant& variant, const RaySpan& some, std::span<std::uint32_t> found,
                       TraceTimes& times, Below piece = {});
+  /// The same for rays and counts on the device: records that, or does it and waits. `masks` are those of the rays.
+  std::uint32_t count_there(const CrossingVariant& variant, const Chunk<Ray, std::uint32_t>& chunk,
+                            std::span<const std::uint32_t> masks, TraceTimes& times);
   /// Lists crossings. Ray i has the slots from to[i] on and before to[i + 1]; what does not fit is left out. hits()
   /// has the slots, each ray's in no order. list_apart() leaves the slots of the last list() or count_and_list() as
   /// they are.
@@ -81,6 +84,8 @@ class CrossingKernels {
   };
   QueryKernel& kernel(const CrossingVariant& variant, bool pairs);
   void bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some);
+  void bind_masks(QueryKernel& kernel, const CrossingVariant& variant, std::size_t rays,
+                  std::span<const std::uint32_t> masks);
   std::uint32_t run(QueryKernel& kernel, Below piece, const CrossingVariant& variant, const RaySpan& some,
                     std::span<std::uint32_t> found, TraceTimes& times);
   std::uint32_t list_to(Slots& to, std::uint32_t slots, const CrossingVariant& variant, const RaySpan& some,

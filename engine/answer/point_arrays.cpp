@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/answer/point_parts.h"
+#include "engine/core/interruption.h"
 
 namespace ballot {
 
@@ -34,7 +35,10 @@ TraceTimes run_there(Context& gpu, Runner& runner, const Buffer<ProbePoint>& poi
   const PassScope scope(gpu);
   in_parts(count, runner.most(), [&](std::uint32_t first, std::uint32_t some) {
     runner.run_there(points, answers, first, some, settle, times);
+    gpu.flush();
+    check_interruption();
   });
+  gpu.finish();
   return times;
 }
 
@@ -94,7 +98,9 @@ TraceTimes PointQueries::signs(const Buffer<ProbePoint>& points, RawBuffer& answ
     nearest.run_there(asked, found, 0, some, parts.settle_nearest(query), times);
     if (inside) inside->run_there(asked, *parts.some_inside, 0, some, parts.settle_inside(query), times);
     parts.write_signs(what, answers, first, some, times);
+    check_interruption();
   });
+  parts.gpu.finish();
   return times;
 }
 

@@ -13,15 +13,8 @@ namespace {
 
 constexpr std::size_t kSettled = 256;  // points that a thread settles at a time
 
-PointStream stream_of(std::span<const ProbePoint> points, std::size_t room) {
-  if (points.size() != room)
-    fail(Failure::Arguments, "point query: {} points, but room for {} answers", points.size(), room);
-  PointStream stream;
-  stream.count = points.size();
-  stream.read = [points](std::uint64_t first, std::span<ProbePoint> part) {
-    std::copy_n(points.begin() + std::ptrdiff_t(first), part.size(), part.begin());
-  };
-  return stream;
+void check_room(std::size_t points, std::size_t room) {
+  if (points != room) fail(Failure::Arguments, "point query: {} points, but room for {} answers", points, room);
 }
 
 /// Returns an exact answer as a record. `sides`: finds whether the point is behind; may be null.
@@ -106,32 +99,24 @@ point_queries::Settle<std::uint32_t> PointQueries::Parts::settle_inside(const Po
 PointQueries::PointQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_unique<Parts>(gpu, tree)) {}
 PointQueries::~PointQueries() = default;
 
-TraceTimes PointQueries::nearest(const PointStream& stream, const TakeNearest& take, const PointQuery& query) {
-  return parts_->nearest(query).run(stream, take, parts_->settle_nearest(query));
+TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& query) {
+  return parts_->nearest(query).run(stream, parts_->settle_nearest(query));
 }
 
 TraceTimes PointQueries::nearest(std::span<const ProbePoint> points, std::span<Nearest> answers,
                                  const PointQuery& query) {
-  return nearest(
-      stream_of(points, answers.size()),
-      [&](std::uint64_t first, std::span<const Nearest> found) {
-        std::ranges::copy(found, answers.begin() + std::ptrdiff_t(first));
-      },
-      query);
+  check_room(points.size(), answers.size());
+  return nearest(stream_of(points, answers), query);
 }
 
-TraceTimes PointQueries::inside(const PointStream& stream, const TakeInside& take, const PointQuery& query) {
-  return parts_->inside(query).run(stream, take, parts_->settle_inside(query));
+TraceTimes PointQueries::inside(const InsideStream& stream, const PointQuery& query) {
+  return parts_->inside(query).run(stream, parts_->settle_inside(query));
 }
 
 TraceTimes PointQueries::inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers,
                                 const PointQuery& query) {
-  return inside(
-      stream_of(points, answers.size()),
-      [&](std::uint64_t first, std::span<const std::uint32_t> found) {
-        std::ranges::copy(found, answers.begin() + std::ptrdiff_t(first));
-      },
-      query);
+  check_room(points.size(), answers.size());
+  return inside(stream_of(points, answers), query);
 }
 
 }  // namespace ballot

@@ -6,24 +6,13 @@
 #include <memory>
 #include <span>
 
-#include "engine/answer/dispatch.h"
+#include "engine/answer/stream.h"
 #include "shaders/shared/query.h"
 
 namespace ballot {
 
-/// The points of a query, which are asked for in parts and in order.
-struct PointStream {
-  std::uint64_t count = 0;
-  /// Writes the points from number `first` on.
-  std::function<void(std::uint64_t first, std::span<ProbePoint> room)> read;
-  /// Is called after each part with the number of points that are done. May throw to end the query. May be empty.
-  std::function<void(std::uint64_t done)> progress = {};
-};
-
-/// Takes the answers of the points from number `first` on. The span is valid until it returns.
-using TakeNearest = std::function<void(std::uint64_t first, std::span<const Nearest> answers)>;
-/// The same for the inside test: 1 inside, 0 outside.
-using TakeInside = std::function<void(std::uint64_t first, std::span<const std::uint32_t> answers)>;
+using NearestStream = Stream<ProbePoint, Nearest>;
+using InsideStream = Stream<ProbePoint, std::uint32_t>;  // 1 inside, 0 outside
 
 /// What is asked of points.
 struct PointQuery {
@@ -61,7 +50,7 @@ class PointQueries {
   /// the triangle where C is inside of it, else the pseudonormal of its corner or edge
   /// (engine/tree/host/pseudonormals.h). A point on the surface is not behind it. With query.exact it is the sign for
   /// the exact C, and for the vectors N as they are rounded to float32.
-  TraceTimes nearest(const PointStream& points, const TakeNearest& take, const PointQuery& query = {});
+  TraceTimes nearest(const NearestStream& stream, const PointQuery& query = {});
   TraceTimes nearest(std::span<const ProbePoint> points, std::span<Nearest> answers, const PointQuery& query = {});
 
   /// Finds whether each point is inside, by the parity of the crossings of one ray along +x. For a mesh whose every
@@ -71,7 +60,7 @@ class PointQueries {
   /// mesh, s the largest stretch of the instance's matrix, and e for the rounded point there: 5.1 * 2^-24 times the
   /// matrix times its inverse, both of magnitudes, times the point's distances from the translation along the axes.
   /// Dead points are outside. Limits are ignored. Throws as nearest().
-  TraceTimes inside(const PointStream& points, const TakeInside& take, const PointQuery& query = {});
+  TraceTimes inside(const InsideStream& stream, const PointQuery& query = {});
   TraceTimes inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers, const PointQuery& query = {});
 
   /// The same for points [0, count) of an array on the device, whose answers go to the same places of another. The

@@ -11,6 +11,7 @@
 #include "engine/answer/coherent_order.h"
 #include "engine/answer/query_kernel.h"
 #include "engine/answer/repair.h"
+#include "engine/answer/stream.h"
 #include "engine/core/parallel.h"
 
 namespace ballot {
@@ -19,7 +20,6 @@ namespace ballot {
 namespace point_queries {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::size_t kMoved = 1 << 14;   // points that a thread moves at a time
 constexpr std::size_t kFewPoints = 1024;  // fewer are not sorted
 
 inline bool nearer(const Nearest& a, const Nearest& b) {
@@ -73,76 +73,61 @@ class Runner {
   std::uint32_t most() const { return kernel_.most(); }
 
   /// Answers the points of a stream.
-  template <class Take>
-  TraceTimes run(const PointStream& stream, const Take& take, const Settle<Answer>& settle) {
-    TraceTimes times;
-    if (stream.count == 0) return times;
-    const PassScope scope(gpu_);
-    const std::size_t chunk = std::size_t(std::min<std::uint64_t>(stream.count, most()));
-    make_room(chunk);
-    std::vector<ProbePoint> asked(chunk);
-    std::vector<Answer> found(chunk);
-    for (std::uint64_t first = 0; first < stream.count; first += chunk) {
-      const std::size_t some = std::size_t(std::min<std::uint64_t>(chunk, stream.count - first));
-      const std::span<ProbePoint> part = std::span(asked).first(some);
-      const std::span<Answer> result = std::span(found).first(some);
-      stream.read(first, part);
-      // Of answers that the host settles none is done before.
-      answer(part, result, times, [&](std::uint32_t done) {
-        if (stream.progress && done < some) stream.progress(settle ? first : first + done);
-      });
-      if (settle) settle(part, result);
-      take(first, std::span<const Answer>(result));
-      if (stream.progress) stream.progress(first + some);
-    }
-    return times;
+  TraceTimes run(const Stream<ProbePoint, Answer>& stream, const Settle<Answer>& settle) {
+    PointAnswerer answerer(*this, settle);
+    return StreamRing::of(gpu_).run(stream, answerer);
   }
 
-  /// Answers points [first, first + count) of an array on the device, at most most() of them, in their order. The host
-  /// sees them only where the driver cut walks short, or something is left to settle.
+  /// Answers points [first, first + count) of an array on the device, at most most() of them, in their order: records
+  /// that, or does it and waits. The host sees them only where the driver cut walks short, or something is left to
+  /// settle.
   void run_there(const Buffer<ProbePoint>& points, Buffer<Answer>& answers, std::uint32_t first, std::uint32_t count,
-                 const Settle<Answer>& settle, TraceTimes& times) {
+                 const Settle<Answer>& settle, TraceTimes& times, const Launched& launched = {}) {
     kernel_.bind(BIND_RAYS, points);
     kernel_.bind(Kind::kBinding, answers);
-    const std::uint32_t unfinished = kernel_.run(first, count, {tree_.root()}, times);
+    if (!settle && kernel_.can_record(count)) {
+      kernel_.record(first, count, {tree_.root()}, times);
+      return;
+    }
+    const std::uint32_t unfinished = kernel_.run(first, count, {tree_.root()}, times, launched);
     if (!unfinished && !settle) return;
     std::vector<ProbePoint> asked(count);
     std::vector<Answer> found(count);
     points.download(asked, first);
     answers.download(found, first);
-    make_room(count);
     if (unfinished) repair_cut(asked, std::span(found), times);
     if (settle) settle(asked, found);
     answers.upload(found, first);
   }
 
  private:
-  /// Answers points. On a CPU device they go in an order in which neighbours are near each other: its lanes read nodes
-  /// one by one, and a walk takes as long as that of its slowest lane.
-  void answer(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times,
-              const Launched& launched) {
-    if (!gpu_.info().is_cpu() || asked.size() < kFewPoints) {
-      answer_in_order(asked, result, times, launched);
-      return;
+  /// The points of a stream. On a CPU device they go in an order in which neighbours are near each other: its lanes
+  /// read nodes one by one, and a walk takes as long as that of its slowest lane.
+  class PointAnswerer : public Answerer<ProbePoint, Answer> {
+   public:
+    PointAnswerer(Runner& runner, const Settle<Answer>& settle) : runner_(runner), settle_(settle) {}
+    std::size_t most() const override { return std::min<std::size_t>(runner_.most(), kChunk); }
+    void arrange(std::span<ProbePoint> points) override {
+      order_.clear();
+      if (points.size() < kFewPoints) return;
+      order_points(points, runner_.tree_.bvh().bounds, order_);
+      rearranged_.arrange(points, order_);
     }
-    order_points(asked, tree_.bvh().bounds, order_);
-    sorted_.resize(asked.size()), found_.resize(asked.size());
-    for_chunks(asked.size(), kMoved, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) sorted_[i] = asked[order_[i]];
-    });
-    answer_in_order(sorted_, found_, times, launched);
-    for_chunks(asked.size(), kMoved, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) result[order_[i]] = found_[i];
-    });
-  }
+    void answer(const Chunk<ProbePoint, Answer>& c, TraceTimes& times) override {
+      // Of answers that the host settles none is done before.
+      runner_.run_there(c.questions, c.answers, 0, c.count(), {}, times, settle_ ? Launched() : c.launched);
+    }
+    std::span<const Answer> end(std::span<const ProbePoint> points, std::span<Answer> answers) override {
+      if (settle_) settle_(points, answers);
+      return order_.empty() ? answers : rearranged_.back(answers, order_);
+    }
 
-  void answer_in_order(std::span<const ProbePoint> asked, std::span<Answer> result, TraceTimes& times,
-                       const Launched& launched) {
-    points_->upload(asked);
-    const std::uint32_t unfinished = kernel_.run(0, std::uint32_t(asked.size()), {tree_.root()}, times, launched);
-    answers_->download(result);
-    if (unfinished) repair_cut(asked, result, times);
-  }
+   private:
+    Runner& runner_;
+    const Settle<Answer>& settle_;
+    std::vector<std::uint32_t> order_;  // of the chunk under way; empty: as they came
+    Rearranged<ProbePoint, Answer> rearranged_;
+  };
 
   void make_room(std::size_t count) {
     kernel_.bind(BIND_RAYS, buffer_for(points_, gpu_, count, "points"));
@@ -175,6 +160,7 @@ class Runner {
   };
 
   void repair_cut(std::span<const ProbePoint> asked, std::span<Answer> answers, TraceTimes& times) {
+    make_room(asked.size());
     Walks walks{*this, asked, times};
     repair(walks, answers, kFirstPieces, gpu_, times);
   }
@@ -182,11 +168,8 @@ class Runner {
   Context& gpu_;
   DeviceTree& tree_;
   QueryKernel kernel_;
-  std::unique_ptr<Buffer<ProbePoint>> points_;
+  std::unique_ptr<Buffer<ProbePoint>> points_;  // that are asked again, in pieces of the tree
   std::unique_ptr<Buffer<Answer>> answers_;
-  std::vector<std::uint32_t> order_;
-  std::vector<ProbePoint> sorted_;
-  std::vector<Answer> found_;
 };
 
 }  // namespace point_queries

@@ -110,13 +110,35 @@ void QueryKernel::prepare() {
   gpu_.save_pipeline_cache();
 }
 
+double QueryKernel::launch_ms() const { return gpu_.launch_ms() > 0 ? gpu_.launch_ms() : kInterruptibleLaunch; }
+
+bool QueryKernel::can_record(std::uint32_t count) const {
+  return gpu_.batches() && !config_.loops_cut && count <= most() && size_.is_known() &&
+         count <= size_.most(launch_ms());
+}
+
+void QueryKernel::record(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times) {
+  TracePushes pushes = arrays_.pushes(tree_, from);
+  pushes.trace.ray_begin = first;
+  pushes.trace.ray_end = first + count;
+  gpu_.pass(
+      kernel_->name(),
+      [&](Commands& cmd) { kernel_->dispatch(cmd, groups_of(count, config_.workgroup), &pushes, push_bytes(tree_)); },
+      [this, count, &times](double ms) {
+        size_.add(count, ms);
+        times.device_ms += ms;
+        tree_.walked_s() += ms * 1e-3;
+      });
+  ++times.dispatches;
+}
+
 std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,
                                const std::function<void(std::uint32_t)>& launched) {
   TracePushes pushes = arrays_.pushes(tree_, from);
   TracePush& push = pushes.trace;
   Work work{0, 0};
   if (config_.loops_cut) work_.upload(std::span(&work, 1));
-  const double target_ms = gpu_.launch_ms() > 0 ? gpu_.launch_ms() : kInterruptibleLaunch;
+  const double target_ms = launch_ms();
   for (std::uint32_t done = 0; done < count;) {
     const auto some = std::uint32_t(std::min<std::uint64_t>(count - done, size_.most(target_ms)));
     push.ray_begin = first + done;

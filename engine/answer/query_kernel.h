@@ -56,10 +56,18 @@ class QueryKernel {
     return run(0, count, from, times);
   }
 
+  /// Returns true if one launch answers so many queries soon, and leaves nothing that the host has to look at.
+  bool can_record(std::uint32_t count) const;
+  /// Records such a launch of queries [first, first + count) behind all earlier passes. Adds the time to `times`, which
+  /// must outlive it.
+  void record(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times);
+
   /// Returns pieces that together hold the tree, each of at most `limit` steps (repair.h). Not for `wide`.
   std::vector<TreePiece> pieces(std::uint64_t limit) { return pieces_of(tree_, config_.tree_access(), limit); }
 
  private:
+  double launch_ms() const;
+
   Context& gpu_;
   DeviceTree& tree_;
   std::string name_;

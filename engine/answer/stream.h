@@ -1,91 +1,132 @@
-// Traces streams of rays from host memory: copying in, tracing and copying out overlap where the device allows it.
+// Answers streams of questions from host memory: copying in, answering and copying out overlap where the device allows
+// it.
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/answer/dispatch.h"
-#include "engine/answer/query.h"
+#include "engine/core/parallel.h"
 
 namespace ballot {
 
-class Tracer;
-
-/// The two ends of a stream of rays. Both are called from the thread that traces, in the order of the rays.
-struct RayStream {
-  std::uint64_t most = ~0ull;  // no more rays than this will come; smaller streams get smaller buffers
-  /// Writes the next rays to the front of `room` and returns how many. Fewer than room.size() end the stream.
-  std::function<std::size_t(std::span<Ray> room)> next;
-  /// Takes the hits of the next rays. The span is valid until the function returns. If the device wrote the hits in
-  /// place, it is the span that in_place() gave; if the driver refused that memory, it is another.
-  std::function<void(std::span<const Hit> hits)> take;
-  /// Where rays lie in the host's memory, and where their hits belong. If `rays` is null, the rays come through next().
-  /// If `hits` is null, the hits have no place of their own. take() is called either way.
+/// The two ends of a stream of questions, such as rays or points. They are called from the thread that asks, in the
+/// order of the questions.
+template <class Question, class Answer>
+struct Stream {
+  std::uint64_t most = ~0ull;  // no more questions than this will come; smaller streams get smaller buffers
+  /// Writes the questions from number `first` on, which come next, to the front of `room` and returns how many. Fewer
+  /// than room.size() end the stream.
+  std::function<std::size_t(std::uint64_t first, std::span<Question> room)> next = {};
+  /// Takes the answers to the questions from number `first` on, which come next. The span is valid until the function
+  /// returns. If the device wrote the answers in place, it is the span that in_place() gave; if the driver refused that
+  /// memory, it is another.
+  std::function<void(std::uint64_t first, std::span<const Answer> answers)> take = {};
+  /// Where questions lie in the host's memory, and where their answers belong. If `questions` is null, they come
+  /// through next(). If `answers` is null, the answers have no place of their own. take() is called either way.
   struct Places {
-    const Ray* rays = nullptr;
-    Hit* hits = nullptr;
+    const Question* questions = nullptr;
+    Answer* answers = nullptr;
   };
-  /// Returns the places of the next `count` rays. It is called only for a device that is the CPU, which uses the
-  /// caller's arrays in place. Rays with a place do not come through next(). The function may be empty.
-  std::function<Places(std::size_t count)> in_place = {};
-  /// Is called after each chunk with the number of rays that are done. May throw to end the trace. May be empty.
+  /// Returns the places of the next `count` questions, from number `first` on. It is called only for a device that is
+  /// the CPU, which uses the caller's arrays in place. Questions with a place do not come through next(). The function
+  /// may be empty.
+  std::function<Places(std::uint64_t first, std::size_t count)> in_place = {};
+  /// Is called now and then with the number of questions that are done. May throw to end the stream. May be empty.
   std::function<void(std::uint64_t done)> progress = {};
 };
+
+using RayStream = Stream<Ray, Hit>;
+
+/// Returns the stream of questions in an array, whose answers go to another of the same length. Both must outlive it.
+template <class Question, class Answer>
+Stream<Question, Answer> stream_of(std::span<const Question> questions, std::span<Answer> answers);
 
 /// Returns how many of the records are hits: their prim is not NO_HIT.
 std::uint64_t count_hits(std::span<const Hit> hits);
 
-/// The buffers that streams go through. They are kept for the next stream. A GPU has three sets: while it traces one
-/// chunk, the host fills the next and empties the one before. They take at most 144 MiB on the device. A GPU with
-/// memory of its own needs as much again on the host, to copy from and to. A device that is the CPU has one set, and it
-/// uses the caller's arrays in place where RayStream::in_place names them.
+/// Questions of a stream that are answered together, and where their answers go.
+template <class Question, class Answer>
+struct Chunk {
+  const Buffer<Question>& questions;
+  Buffer<Answer>& answers;
+  std::span<const Question> here;  // the same questions in the host's memory
+  std::uint64_t first = 0;         // the number of the first
+  /// To be called, if the device works in parts, with the number of answers that it has.
+  const std::function<void(std::uint32_t)>& launched;
+
+  std::uint32_t count() const { return std::uint32_t(here.size()); }
+};
+
+/// Puts questions into an order in which neighbours are near each other, and answers back.
+template <class Question, class Answer>
+class Rearranged {
+ public:
+  /// Moves question order[i] to place i.
+  void arrange(std::span<Question> questions, const std::vector<std::uint32_t>& order);
+  /// Returns the answers in the order in which the questions came. They are valid until the next call.
+  std::span<const Answer> back(std::span<const Answer> answers, const std::vector<std::uint32_t>& order);
+
+ private:
+  std::vector<Question> sorted_;
+  std::vector<Answer> found_;
+};
+
+/// How a kind of question is answered: the kernels, and what the host adds.
+template <class Question, class Answer>
+class Answerer {
+ public:
+  virtual ~Answerer() = default;
+  /// Returns the most questions of a chunk.
+  virtual std::size_t most() const = 0;
+  /// Returns true if the device answers chunks where the caller has them, as Stream::in_place() says.
+  virtual bool in_place() const { return false; }
+  /// Puts the questions of a chunk into a better order. Devices that are the CPU alone.
+  virtual void arrange(std::span<Question>) {}
+  /// Has the device answer a chunk: records that, or does it and waits.
+  virtual void answer(const Chunk<Question, Answer>& chunk, TraceTimes& times) = 0;
+  /// Completes the answers of a chunk in the host's memory, and returns them in the order in which the questions came.
+  virtual std::span<const Answer> end(std::span<const Question>, std::span<Answer> answers) { return answers; }
+};
+
+/// The buffers that streams go through. They are kept for the next stream, of any kind. A GPU has three sets: while it
+/// answers one chunk, the host fills the next and empties the one before. They take at most 192 MiB on the device. A
+/// GPU with memory of its own needs as much again on the host, to copy from and to. A device that is the CPU has one
+/// set, and it uses the caller's arrays in place where Stream::in_place names them.
 ///
 /// Belongs to the thread of its Context.
 class StreamRing {
  public:
   explicit StreamRing(Context& gpu) : gpu_(gpu) {}
+  /// Returns the ring of a device, made on first use.
+  static StreamRing& of(Context& gpu);
 
-  /// Traces a stream. Rays of a query whose method is auto are classified chunk by chunk, unless query.rays names their
-  /// class. Throws what the stream's functions throw; the ring can be used again after that.
-  TraceTimes run(Tracer& tracer, const RayStream& stream, const Query& query);
+  /// Answers a stream. Throws what the stream's functions throw; the ring can be used again after that.
+  template <class Question, class Answer>
+  TraceTimes run(const Stream<Question, Answer>& stream, Answerer<Question, Answer>& answerer);
 
  private:
-  /// The buffers of one chunk.
-  struct Slot {
-    Buffer<Ray> rays;
-    Buffer<Hit> hits;
-    std::optional<Buffer<Ray>> rays_there = {};  // the host's side, on a device with memory of its own
-    std::optional<Buffer<Hit>> hits_there = {};
-    std::uint32_t count = 0;                        // rays in it; 0: free
-    std::uint64_t submission = 0;                   // that traces them
-    std::optional<Buffer<Ray>> rays_in_place = {};  // the caller's arrays, while the device uses them
-    std::optional<Buffer<Hit>> hits_in_place = {};
-
-    Buffer<Ray>& from() { return rays_in_place ? *rays_in_place : rays; }
-    Buffer<Hit>& to() { return hits_in_place ? *hits_in_place : hits; }
-    void release() { rays_in_place.reset(), hits_in_place.reset(); }
+  template <class Question, class Answer>
+  class Run;  // has the rooms while it lives: a stream that begins meanwhile makes others
+  /// The buffers of one chunk; on a device with memory of its own those of the host's side, too.
+  struct Room {
+    RawBuffer questions, answers;
+    std::optional<RawBuffer> questions_here = {}, answers_here = {};
   };
-  /// Lets go of the callers' arrays when a stream has ended, also by an exception.
-  struct InPlaceScope {
-    std::vector<Slot>& slots;
-    ~InPlaceScope() { std::ranges::for_each(slots, &Slot::release); }
-  };
-
-  void make_room(std::size_t chunk);
-  std::span<Ray> room(Slot& slot) const;
-  std::size_t fill(Slot& slot, const RayStream& stream, std::size_t& asked);
-  void trace(Tracer& tracer, Slot& slot, Query query, std::uint64_t batch, TraceTimes& times);
-  void copy(Slot& slot, bool in);
-  void deliver(Slot& slot, const RayStream& stream, std::uint64_t& done);
+  void make_room(std::uint64_t question_bytes, std::uint64_t answer_bytes);
 
   Context& gpu_;
-  std::vector<Slot> slots_;
-  std::size_t chunk_ = 0;  // rays of a slot
-  bool imports_ = true;    // no import of a caller's rays has failed yet
+  std::vector<Room> rooms_;
+  std::uint64_t question_bytes_ = 0, answer_bytes_ = 0;  // of a room
+  bool imports_ = true;                                  // no import of a caller's questions has failed yet
 };
 
 }  // namespace ballot
+
+#include "engine/answer/stream_run.h"  // the templates

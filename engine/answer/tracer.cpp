@@ -17,6 +17,41 @@ Variant counted(Variant v, bool counters) {
   return v;
 }
 
+constexpr std::size_t kCpuChunk = 1u << 18;  // rays of a stream on a device that is the CPU: they stay in its cache
+
+/// Traces the rays of a stream. Rays of a query whose method is auto are classified chunk by chunk, unless query.rays
+/// names their class.
+class RayAnswerer : public Answerer<Ray, Hit> {
+ public:
+  RayAnswerer(Tracer& tracer, const Query& query, std::uint64_t batch, std::size_t most)
+      : tracer_(tracer), query_(query), batch_(std::size_t(batch)), most_(most) {}
+  std::size_t most() const override { return most_; }
+  bool in_place() const override { return true; }
+  void answer(const Chunk<Ray, Hit>& c, TraceTimes& times) override {
+    Query query = query_;
+    tracer_.classify(query, c.here, batch_);
+    if (tracer_.prefill) {
+      const std::vector<std::uint8_t> pattern(c.here.size() * sizeof(Hit), *tracer_.prefill);
+      c.answers.RawBuffer::upload(0, pattern.data(), pattern.size());
+    }
+    query = tracer_.resolve(std::move(query), c.questions, c.count(), batch_);
+    if (tracer_.can_record(query, c.count())) {
+      ++times.dispatches;
+      tracer_.record(c.questions, c.answers, c.count(), query, [&times](double ms) { times.device_ms += ms; });
+      return;
+    }
+    const TraceTimes part = tracer_.trace(c.questions, c.answers, c.count(), query);
+    times.device_ms += part.device_ms;
+    times.dispatches += part.dispatches;
+    times.retraced += part.retraced;
+  }
+
+ private:
+  Tracer& tracer_;
+  const Query& query_;
+  std::size_t batch_, most_;
+};
+
 }  // namespace
 
 Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
@@ -193,33 +228,15 @@ TraceTimes Tracer::trace(std::span<const Ray> rays, std::span<Hit> hits, const Q
   variant(asked);  // an unknown method is an error even without rays
   Query query = asked;
   classify(query, rays);
-  std::size_t taken = 0, given = 0;
-  RayStream stream{
-      .most = rays.size(),
-      .next =
-          [&](std::span<Ray> room) {
-            copy_parallel(rays.subspan(taken, room.size()), room);
-            taken += room.size();
-            return room.size();
-          },
-      .take =
-          [&](std::span<const Hit> some) {
-            if (some.data() != hits.data() + given) copy_parallel(some, hits.subspan(given, some.size()));
-            given += some.size();
-          },
-      .in_place =
-          [&](std::size_t count) {
-            taken += count;
-            return RayStream::Places{rays.data() + taken - count, hits.data() + taken - count};
-          },
-  };
+  RayStream stream = stream_of(rays, hits);
   if (progress) stream.progress = [&](std::uint64_t done) { progress(double(done) / double(rays.size())); };
   return trace(stream, query);
 }
 
 TraceTimes Tracer::trace(const RayStream& stream, const Query& query) {
-  if (!gpu_.stream_ring()) gpu_.stream_ring() = std::make_shared<StreamRing>(gpu_);
-  return static_cast<StreamRing*>(gpu_.stream_ring().get())->run(*this, stream, query);
+  const std::size_t most = gpu_.info().is_cpu() ? kCpuChunk : kChunk;
+  RayAnswerer answerer(*this, query, stream.most, std::min<std::size_t>(most, chunk_rays()));
+  return StreamRing::of(gpu_).run(stream, answerer);
 }
 
 bool Tracer::can_record(const Query& query, std::uint32_t most) const {

@@ -87,11 +87,16 @@ void need_closed(ballot::DeviceScene& world) {
       t.flat ? fmt::format("; {} triangles without area are left out", t.flat) : std::string()));
 }
 
-/// Returns the points as the engine asks for them. Their walks are shares [begin, end] of the call.
-PointStream stream_of(const PointArray& points, Watch& watch, double begin, double end) {
-  PointStream stream;
-  stream.count = points.count();
-  stream.read = [&points](std::uint64_t first, std::span<ProbePoint> room) { points.read(first, room); };
+/// Returns the points as the engine asks for them, whose answers `out` writes. Their walks are shares [begin, end] of
+/// the call.
+template <class Answer, class Out>
+Stream<ProbePoint, Answer> stream_of(const PointArray& points, Out& out, Watch& watch, double begin, double end) {
+  Stream<ProbePoint, Answer> stream{.most = points.count()};
+  stream.next = [&points](std::uint64_t first, std::span<ProbePoint> room) {
+    points.read(first, room);
+    return room.size();
+  };
+  stream.take = [&out](std::uint64_t first, std::span<const Answer> answers) { out.write(first, answers); };
   if (watch)
     stream.progress = [&watch, begin, part = end - begin, count = points.count()](std::uint64_t done) {
       watch(begin + part * (double(done) / double(count)));
@@ -174,17 +179,9 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
   const PointQuery how{.exact = is_exact(query.numeric), .sides = out.wants_sides()};
   TraceTimes spent;
-  if (out.wants_nearest())
-    spent = world.points().nearest(
-        stream_of(points, watch, 0, between),
-        [&](std::uint64_t first, std::span<const Nearest> answers) { out.write(first, answers); }, how);
+  if (out.wants_nearest()) spent = world.points().nearest(stream_of<Nearest>(points, out, watch, 0, between), how);
   if (out.wants_inside())
-    spent.device_ms +=
-        world.points()
-            .inside(
-                stream_of(points, watch, between, 1),
-                [&](std::uint64_t first, std::span<const std::uint32_t> answers) { out.write(first, answers); }, how)
-            .device_ms;
+    spent.device_ms += world.points().inside(stream_of<std::uint32_t>(points, out, watch, between, 1), how).device_ms;
   return times_of(begin, spent, out.found());
 }
 

@@ -44,26 +44,18 @@ BallotTimes trace(SceneState& scene, const Call& call) {
   const Watched watched(watch);
   const RowOrder order = RowOrder::find(call.rays);
   HitArrays out(call.hits, scene, order);
-  std::size_t taken = 0, given = 0;
   RayStream stream{
       .most = call.rays.count(),
       .next =
-          [&](std::span<Ray> room) {
-            call.rays.read(order, taken, room);
-            taken += room.size();
+          [&](std::uint64_t first, std::span<Ray> room) {
+            call.rays.read(order, std::size_t(first), room);
             return room.size();
           },
-      .take =
-          [&](std::span<const Hit> hits) {
-            out.write(given, hits);
-            given += hits.size();
-          },
+      .take = [&](std::uint64_t first, std::span<const Hit> hits) { out.write(std::size_t(first), hits); },
       .in_place =
-          [&](std::size_t count) {
+          [&](std::uint64_t first, std::size_t count) {
             if (order.width()) return RayStream::Places{};
-            const RayStream::Places places{call.rays.in_place(taken, count), out.in_place(taken)};
-            if (places.rays) taken += count;
-            return places;
+            return RayStream::Places{call.rays.in_place(std::size_t(first), count), out.in_place(std::size_t(first))};
           },
   };
   if (watch) stream.progress = [&](std::uint64_t done) { watch(double(done) / double(call.rays.count())); };

@@ -112,6 +112,8 @@ class Buffer : public RawBuffer {
       : RawBuffer(gpu, std::uint64_t(count) * sizeof(T), access, std::move(name)), count_(count) {}
   Buffer(Context& gpu, std::span<T> host, std::string name)
       : RawBuffer(gpu, std::as_writable_bytes(host), std::move(name)), count_(host.size()) {}
+  /// Takes a buffer that held something else.
+  explicit Buffer(RawBuffer&& other) : RawBuffer(std::move(other)), count_(std::size_t(bytes() / sizeof(T))) {}
   std::size_t size() const { return count_; }
   void upload(std::span<const T> data, std::size_t first = 0) {
     RawBuffer::upload(first * sizeof(T), data.data(), data.size_bytes());

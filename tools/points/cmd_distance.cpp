@@ -135,15 +135,17 @@ void print_points(DeviceScene& world, const PointArgs& args, const AskedPoints& 
                                {"retraced", spent.retraced}});
 }
 
-PointStream stream_of(const AskedPoints& points, float limit, ProgressBar& bar, const InterruptGuard& interrupt) {
-  PointStream stream;
-  stream.count = points.count();
-  stream.read = [&points, limit](std::uint64_t first, std::span<ProbePoint> room) {
+template <class Answer, class Take>
+Stream<ProbePoint, Answer> stream_of(const AskedPoints& points, float limit, const Take& take, ProgressBar& bar,
+                                     const InterruptGuard& interrupt) {
+  Stream<ProbePoint, Answer> stream{.most = points.count(), .take = take};
+  stream.next = [&points, limit](std::uint64_t first, std::span<ProbePoint> room) {
     for_chunks(room.size(), kFilled, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) room[i] = {points.at(first + i), limit};
     });
+    return room.size();
   };
-  stream.progress = [&bar, &interrupt, count = stream.count](std::uint64_t done) {
+  stream.progress = [&bar, &interrupt, count = stream.most](std::uint64_t done) {
     interrupt.stop("the query");
     bar.update(double(done) / double(count));
   };
@@ -151,11 +153,12 @@ PointStream stream_of(const AskedPoints& points, float limit, ProgressBar& bar, 
 }
 
 /// Finds which points are inside, and calls take with the answers.
-void find_inside(DeviceScene& world, const AskedPoints& points, const PointQuery& query, const TakeInside& take,
+template <class Take>
+void find_inside(DeviceScene& world, const AskedPoints& points, const PointQuery& query, const Take& take,
                  TraceTimes& spent) {
   ProgressBar bar("inside");
   const InterruptGuard interrupt;
-  const TraceTimes times = world.points().inside(stream_of(points, 0, bar, interrupt), take, query);
+  const TraceTimes times = world.points().inside(stream_of<std::uint32_t>(points, 0, take, bar, interrupt), query);
   spent.device_ms += times.device_ms;
   spent.retraced += times.retraced;
 }
@@ -173,7 +176,7 @@ std::size_t find_distances(DeviceScene& world, const PointArgs& args, const Aske
       near += found[i].prim != NO_HIT;
     }
   };
-  spent = world.points().nearest(stream_of(points, limit, bar, interrupt), take, args.query());
+  spent = world.points().nearest(stream_of<Nearest>(points, limit, take, bar, interrupt), args.query());
   return near;
 }
 

@@ -63,14 +63,14 @@ FileTrace trace_to(DeviceScene& world, RayFile file, const WriteBehind::Write& w
   RayStream stream{
       .most = result.rays,
       .next =
-          [&](std::span<Ray> room) {
+          [&](std::uint64_t, std::span<Ray> room) {
             const std::size_t count = in.next(room);
             if (result.ray_class.empty() && query.method == kAuto && count)
               result.ray_class = ray_class(room.first(count));
             return count;
           },
       .take =
-          [&](std::span<const Hit> hits) {
+          [&](std::uint64_t, std::span<const Hit> hits) {
             result.hits += count_hits(hits);
             out.add(std::as_bytes(hits));
           },

@@ -1,0 +1,96 @@
+// Counts of crossings.
+#include <deque>
+
+#include "engine/answer/ray_parts.h"
+#include "engine/answer/stream.h"
+
+namespace ballot {
+
+using namespace ray_queries;
+
+namespace {
+
+/// Rays whose crossings are counted in pieces of the tree.
+struct CountWalks {
+  using Answer = std::uint32_t;
+  static constexpr const char* kQueries = "rays";
+
+  CrossingKernels& kernels;
+  const CrossingVariant& variant;
+  const RayPart& asked;
+  TraceTimes& times;
+  RayPart part = {};
+
+  static std::uint32_t none() { return 0; }
+  static std::string name() { return "crossings"; }
+  void choose(std::span<const std::uint32_t> numbers) {
+    part = {};
+    for (const std::uint32_t i : numbers) part.add(asked, i);
+  }
+  std::vector<TreePiece> pieces(std::uint64_t limit) { return kernels.pieces(variant, limit); }
+  void ask(const TreePiece& piece, std::span<std::uint32_t> found) {
+    kernels.count(variant, part.span(0, found.size()), found, times, piece);
+  }
+  static void add(std::size_t, std::uint32_t& all, std::uint32_t found) { add_count(all, found); }
+};
+
+}  // namespace
+
+/// Counts the crossings of a stream of rays.
+class RayQueries::Parts::CountAnswerer : public Answerer<Ray, std::uint32_t> {
+ public:
+  CountAnswerer(Parts& parts, const RaySource& source) : parts_(parts), source_(source) {}
+  std::size_t most() const override { return std::min<std::size_t>(parts_.kernels.most(parts_.variant), kChunk); }
+  void arrange(std::span<Ray> rays) override {
+    const bool sorts = rays.size() >= kFewRays && order_rays(rays, parts_.kernels.tree().bvh().bounds, order_);
+    if (sorts)
+      rearranged_.arrange(rays, order_);
+    else
+      order_.clear();
+  }
+  void answer(const Chunk<Ray, std::uint32_t>& chunk, TraceTimes& times) override {
+    const std::vector<std::uint32_t>& masks = masks_.emplace_back(read_masks(chunk.first, chunk.here.size()));
+    if (parts_.kernels.count_there(parts_.variant, chunk, masks, times) == 0) return;
+    std::vector<std::uint32_t> counts(chunk.here.size());
+    chunk.answers.download(counts);
+    RayPart asked{{chunk.here.begin(), chunk.here.end()}, masks};
+    CountWalks walks{parts_.kernels, parts_.variant, asked, times};
+    repair(walks, std::span(counts), kFirstPieces, parts_.gpu, times);
+    chunk.answers.upload(counts);
+  }
+  std::span<const std::uint32_t> end(std::span<const Ray> rays, std::span<std::uint32_t> counts) override {
+    const std::vector<std::uint32_t> masks = std::move(masks_.front());
+    masks_.pop_front();
+    if (parts_.query.exact) parts_.exact_lists->count({rays, masks}, counts);
+    return order_.empty() ? counts : rearranged_.back(counts, order_);
+  }
+
+ private:
+  std::vector<std::uint32_t> read_masks(std::uint64_t first, std::size_t count) {
+    std::vector<std::uint32_t> masks(source_.masks ? count : 0);
+    if (!source_.masks) return masks;
+    source_.masks(first, masks);
+    if (!order_.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(masks, order_);
+    return masks;
+  }
+
+  Parts& parts_;
+  const RaySource& source_;
+  std::vector<std::uint32_t> order_;  // of the chunk under way; empty: as they came
+  Rearranged<Ray, std::uint32_t> rearranged_;
+  std::deque<std::vector<std::uint32_t>> masks_;  // of the chunks whose counts have not come yet
+};
+
+TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take, const CrossingQuery& query) {
+  if (source.count == 0) return {};
+  parts_->begin(source, query, false);
+  Stream<Ray, std::uint32_t> stream{.most = source.count, .take = take, .progress = source.progress};
+  stream.next = [&](std::uint64_t first, std::span<Ray> room) {
+    source.read(first, room);
+    return room.size();
+  };
+  Parts::CountAnswerer answerer(*parts_, source);
+  return StreamRing::of(parts_->gpu).run(stream, answerer);
+}
+
+}  // namespace ballot
