@@ -225,8 +225,8 @@ class Scene {
 
   /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray that passes through a
   /// closed surface at an edge or a vertex crosses it there once; one that only touches it there, twice or not at all.
-  std::vector<std::uint32_t> count_crossings(const RayView& rays, const CrossingQuery& query = {}) const {
-    auto counts = detail::room_for<std::uint32_t>(rays.count);
+  std::vector<std::int64_t> count_crossings(const RayView& rays, const CrossingQuery& query = {}) const {
+    auto counts = detail::room_for<std::int64_t>(rays.count);
     const BallotRays r = detail::rays_of(rays);
     BallotLists lists = detail::lists_of(query, rays.count);
     lists.most = 0;
@@ -234,7 +234,7 @@ class Scene {
     check(ballot_list_crossings(handle_.get(), &r, &lists, nullptr));
     return counts;
   }
-  std::vector<std::uint32_t> count_crossings(std::span<const Ray> rays, const CrossingQuery& query = {}) const {
+  std::vector<std::int64_t> count_crossings(std::span<const Ray> rays, const CrossingQuery& query = {}) const {
     return count_crossings(detail::view_of(rays), query);
   }
   /// Lists them.

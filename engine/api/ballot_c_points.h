@@ -107,8 +107,8 @@ enum { BALLOT_CULL_NONE = 0, BALLOT_CULL_BACK = 1, BALLOT_CULL_FRONT = 2 };
  * there once. A ray that only touches the surface there crosses it twice or not at all. */
 typedef struct BallotLists {
   size_t size;
-  uint32_t most;    /* the first crossings of each ray to be listed; 0: all */
-  uint32_t* counts; /* for each ray: how many are listed; NULL: not wanted */
+  uint32_t most;   /* the first crossings of each ray to be listed; 0: all */
+  int64_t* counts; /* for each ray: how many are listed; NULL: not wanted */
   /* Takes the crossings of rays [first, first + rays), in parts: those of each ray one after the other, in order of t,
    * at equal t of prim. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. NULL: they are only counted. */
   int (*take)(void* user, uint64_t first, size_t rays, const uint32_t* counts, const BallotHit* hits);

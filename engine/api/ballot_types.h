@@ -214,7 +214,7 @@ struct CrossingQuery {
 
 /// All crossings of rays: those of ray i are hits[counts[0] + ... + counts[i - 1]] and the counts[i] - 1 behind it.
 struct Crossings {
-  std::vector<std::uint32_t> counts;
+  std::vector<std::int64_t> counts;
   std::vector<Hit> hits;  // of each ray in order of t, at equal t in order of prim
 };
 

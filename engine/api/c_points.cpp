@@ -1,5 +1,6 @@
 // Queries of points and of all crossings by the C interface.
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -119,22 +120,24 @@ class NearestArrays {
   bool wants_inside() const { return !by_sides_ && (to_.signed_distances || to_.inside); }
 
   void write(std::uint64_t first, std::span<const Nearest> answers) {
+    if (any_) as_hits_.resize(answers.size());
+    std::atomic<std::uint64_t> found{0};
     for_chunks(answers.size(), kPointChunk, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t some = 0;
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t place = std::size_t(first) + i;
+        some += answers[i].prim != NO_HIT;
+        if (any_) as_hits_[i] = {answers[i].distance, answers[i].prim, answers[i].u, answers[i].v};
         if (to_.distances) to_.distances[place] = answers[i].distance;
         if (to_.signed_distances)
           to_.signed_distances[place] = answers[i].behind ? -answers[i].distance : answers[i].distance;
         if (to_.inside && by_sides_) to_.inside[place] = std::uint8_t(answers[i].behind);
         if (to_.points) std::memcpy(to_.points + 3 * place, &answers[i].at, 3 * sizeof(float));
       }
+      found += some;
     });
-    found_ += std::uint64_t(std::ranges::count_if(answers, [](const Nearest& n) { return n.prim != NO_HIT; }));
-    if (!any_) return;
-    as_hits_.resize(answers.size());
-    for (std::size_t i = 0; i < answers.size(); ++i)
-      as_hits_[i] = {answers[i].distance, answers[i].prim, answers[i].u, answers[i].v};
-    hits_.write(std::size_t(first), as_hits_);
+    found_ += found;
+    if (any_) hits_.write(std::size_t(first), as_hits_);
   }
   void write(std::uint64_t first, std::span<const std::uint32_t> inside) {
     for (std::size_t i = 0; i < inside.size(); ++i) {
@@ -261,12 +264,15 @@ BallotTimes count_crossings(SceneState& scene, const RayArray& rays, const Ballo
   const RowOrder order = RowOrder::find(rays);
   Watch watch(lists, *scene.device);
   const Watched watched(watch);
-  std::uint64_t hits = 0;
-  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> some) {
-    hits += std::uint64_t(some.size()) - std::uint64_t(std::ranges::count(some, 0u));
-    if (!lists.counts) return;
-    order.for_runs(std::size_t(first), some.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
-      std::ranges::copy(some.subspan(i, n), lists.counts + place);
+  std::atomic<std::uint64_t> hits{0};
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> all) {
+    for_chunks(all.size(), kPointChunk, [&](std::size_t from, std::size_t to) {
+      const std::span<const std::uint32_t> some = all.subspan(from, to - from);
+      hits += std::uint64_t(some.size()) - std::uint64_t(std::ranges::count(some, 0u));
+      if (!lists.counts) return;
+      order.for_runs(std::size_t(first) + from, some.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
+        std::ranges::copy(some.subspan(i, n), lists.counts + place);
+      });
     });
   };
   RayQueries& queries = scene.world->rays();

@@ -169,7 +169,8 @@ class ApiEdits : public Api {
       for (std::uint32_t& i : instances) i = rank.at(i);
     }
     std::vector<ballot::Hit> hits;
-    Numbers ids, instances, counts;
+    Numbers ids, instances;
+    std::vector<std::int64_t> counts;
     std::vector<std::uint8_t> blocked;
     std::vector<float> distances;
   };

@@ -27,6 +27,7 @@ constexpr const char* kGroups =
     "g door\nf 1 2 3\nf 1 3 2\ng wing\nf 4 5 6\n";
 
 using Numbers = std::vector<std::uint32_t>;
+using Counts = std::vector<std::int64_t>;
 
 /// What rays down on the four plates, and one beside them, find.
 struct Found {
@@ -140,7 +141,7 @@ TEST_F(ApiParts, GroupsOfObjAreMeshes) {
   const ballot::Ray ray{{0.25f, 0.25f, 2}, 0, {0, 0, -1}, 10};
   scene.set_masks(parts, masks);
   scene.commit();
-  EXPECT_EQ(scene.count_crossings({&ray, 1}, {.ray_masks = rays}), Numbers{0});
+  EXPECT_EQ(scene.count_crossings({&ray, 1}, {.ray_masks = rays}), (Counts{0}));
   EXPECT_EQ(scene.info().trees, 0u);
   move(scene, 1, std::vector<float>{3, 0, 1, 4, 0, 1, 3, 1, 1});
   EXPECT_EQ(Found(scene).t[1], 1);
@@ -158,12 +159,12 @@ TEST_F(ApiParts, MasksAreOfInstances) {
     for (const float y : {0.25f, 3.25f}) rays.push_back({{x, y, 2}, 0, {0, 0, -1}, 10});
   scene.set_masks(Numbers{0, 1, 2, 3}, Numbers{1, 1, 2, 1});
   scene.commit();
-  EXPECT_EQ(scene.count_crossings(rays, {.ray_masks = Numbers{1, 1, 1, 1}}), (Numbers{1, 0, 1, 1}));
-  EXPECT_EQ(scene.count_crossings(rays), (Numbers{1, 1, 1, 1}));
+  EXPECT_EQ(scene.count_crossings(rays, {.ray_masks = Numbers{1, 1, 1, 1}}), (Counts{1, 0, 1, 1}));
+  EXPECT_EQ(scene.count_crossings(rays), (Counts{1, 1, 1, 1}));
   const Found before(scene);
   scene.set_masks(Numbers{1}, Numbers{0});
   scene.commit();
-  EXPECT_EQ(scene.count_crossings(rays), (Numbers{1, 1, 0, 1}));
+  EXPECT_EQ(scene.count_crossings(rays), (Counts{1, 1, 0, 1}));
   const Found after(scene);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(after.t[i], i == 1 ? INFINITY : before.t[i]);

@@ -209,7 +209,7 @@ TEST_F(Points, AScenesAnswersFollowItsVertices) {
   scene.nearest(point, {.signed_distances = &distance});
   EXPECT_EQ(distance, -0.75f);
   const ballot::Ray ray{{9, 0.25f, 0.5f}, 0, {-1, 0, 0}, 100};
-  EXPECT_EQ(scene.count_crossings({&ray, 1})[0], 2u);
+  EXPECT_EQ(scene.count_crossings({&ray, 1})[0], 2);
 }
 
 // Of instances everything is asked as of moved copies. Results name the mesh and the triangle in it.
@@ -238,7 +238,7 @@ TEST_F(Points, Instances) {
   EXPECT_EQ(signs[1], -0.5f);
   EXPECT_EQ(inside[2], 1u);
   const ballot::Ray ray{{0.25f, 0.5f, 20}, 0, {0, 0, -1}, 100};
-  EXPECT_EQ(scene.count_crossings({&ray, 1})[0], 2u);
+  EXPECT_EQ(scene.count_crossings({&ray, 1})[0], 2);
   const ballot::Crossings all = scene.crossings({&ray, 1});
   EXPECT_EQ(all.hits.size(), 2u);
 }
@@ -249,14 +249,14 @@ TEST_F(Points, Crossings) {
                               {{-9, 0.25f, 0.5f}, 0, {1, 0, 0}, 9},     // up to the middle of the first
                               {{-9, 5, 0}, 0, {1, 0, 0}, 100},          // beside
                               {{-9, 0, 0}, 0, {1, 0, 0}, float(NAN)}};  // dead
-  EXPECT_EQ(scene.count_crossings(rays), (std::vector<std::uint32_t>{4, 1, 0, 0}));
+  EXPECT_EQ(scene.count_crossings(rays), (std::vector<std::int64_t>{4, 1, 0, 0}));
   const ballot::Crossings all = scene.crossings(rays), two = scene.crossings(rays, 2);
-  EXPECT_EQ(all.counts, (std::vector<std::uint32_t>{4, 1, 0, 0}));
+  EXPECT_EQ(all.counts, (std::vector<std::int64_t>{4, 1, 0, 0}));
   ASSERT_EQ(all.hits.size(), 5u);
   const float t[] = {8, 10, 12, 14, 8};
   for (int i = 0; i < 5; ++i) EXPECT_FLOAT_EQ(all.hits[std::size_t(i)].t, t[i]);
   EXPECT_GE(all.hits[2].prim, 12u);
-  EXPECT_EQ(two.counts, (std::vector<std::uint32_t>{2, 1, 0, 0}));
+  EXPECT_EQ(two.counts, (std::vector<std::int64_t>{2, 1, 0, 0}));
   EXPECT_EQ(two.hits.size(), 3u);
   EXPECT_TRUE(scene.crossings(std::span<const ballot::Ray>()).hits.empty());
   const BallotRays r = ballot::detail::rays_of(ballot::detail::view_of(rays));
@@ -272,14 +272,14 @@ TEST_F(Points, FiltersOfCrossings) {
   scene.set_masks(parts, masks);
   scene.commit();
   for (const char* numeric : {"watertight", "exact"}) {
-    EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric}), (std::vector<std::uint32_t>{4, 4}));
+    EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric}), (std::vector<std::int64_t>{4, 4}));
     EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric, .cull = ballot::Cull::Back}),
-              (std::vector<std::uint32_t>{2, 2}));
+              (std::vector<std::int64_t>{2, 2}));
     EXPECT_EQ(scene.count_crossings(rays, {.numeric = numeric, .ray_masks = of_rays}),
-              (std::vector<std::uint32_t>{2, 4}));
+              (std::vector<std::int64_t>{2, 4}));
     const ballot::Crossings backs =
         scene.crossings(rays, {.most = 1, .numeric = numeric, .cull = ballot::Cull::Front, .ray_masks = of_rays});
-    ASSERT_EQ(backs.counts, (std::vector<std::uint32_t>{1, 1}));
+    ASSERT_EQ(backs.counts, (std::vector<std::int64_t>{1, 1}));
     EXPECT_EQ(backs.hits[0].t, 14);
     EXPECT_EQ(backs.hits[1].t, 10);
   }
@@ -296,7 +296,7 @@ TEST_F(Points, FiltersOfCrossings) {
   expect_refused({.cull = ballot::Cull(3)}, "cull is 3");
   expect_refused({.ray_masks = std::span(of_rays).first(1)}, "1 masks of rays, but 2 rays");
   // Arrays have no materials: every surface is opaque.
-  EXPECT_EQ(scene.count_crossings(rays, {.alpha = true}), (std::vector<std::uint32_t>{4, 4}));
+  EXPECT_EQ(scene.count_crossings(rays, {.alpha = true}), (std::vector<std::int64_t>{4, 4}));
   expect_refused({.numeric = "exact", .alpha = true}, "alpha is 1 and numeric is 'exact'");
 }
 

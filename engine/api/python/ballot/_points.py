@@ -185,13 +185,13 @@ class Queries(Closable):
         """
         source = _arrays.rays(rays, t)
         filters = _filters(source.shape[:-1], numeric, cull, ray_masks, alpha)
-        counts: np.ndarray
-        counts, _, spent = self._handle.list_crossings(
-            _arrays.rows(source), 0, False, _query.progress_function(progress), **filters
+        counts = _arrays.empty(source.shape[:-1], np.int64)
+        _, spent = self._handle.list_crossings(
+            _arrays.rows(source), 0, False, _query.progress_function(progress), counts=counts.reshape(-1), **filters
         )
         if times is not None:
             times.append(Times(*spent))
-        return counts.reshape(source.shape[:-1])
+        return counts
 
     def crossings(
         self, rays: Any, *, first: int | None = None, numeric: str = "watertight", cull: str = "none",
@@ -215,11 +215,11 @@ class Queries(Closable):
         if first == 0:
             return np.zeros(source.shape[:-1], np.int64), np.empty(0, HIT)
         filters = _filters(source.shape[:-1], numeric, cull, ray_masks, alpha)
-        counts: np.ndarray
+        counts = _arrays.empty(source.shape[:-1], np.int64)
         hits: np.ndarray
-        counts, hits, spent = self._handle.list_crossings(
-            _arrays.rows(source), most, True, _query.progress_function(progress), **filters
+        hits, spent = self._handle.list_crossings(
+            _arrays.rows(source), most, True, _query.progress_function(progress), counts=counts.reshape(-1), **filters
         )
         if times is not None:
             times.append(Times(*spent))
-        return counts.reshape(source.shape[:-1]), hits.view(HIT).reshape(-1)
+        return counts, hits.view(HIT).reshape(-1)

@@ -1,5 +1,7 @@
 // Memory of large results. Pages that the system gives for the first time cost as much as writing results to them, so
 // the memory of arrays that Python has let go of is kept for the next ones.
+#include <sys/mman.h>
+
 #include <cstdlib>
 #include <map>
 
@@ -27,6 +29,7 @@ class ResultMemory {
     }
     void* block = std::aligned_alloc(kPage, size);
     if (!block) throw std::bad_alloc();
+    madvise(block, size, MADV_HUGEPAGE);  // fewer faults; a kernel without them refuses, which does no harm
     return {block, size};
   }
 

@@ -50,7 +50,6 @@ TimesTuple query_points(const SceneObject& self, const PointRows& array, float l
 
 /// What a list of crossings has taken so far.
 struct Crossings {
-  std::vector<std::int64_t> counts;
   std::vector<float> hits;  // t, prim (its bits), u, v of each
   Watch* watch = nullptr;
   Times times = {};
@@ -59,7 +58,6 @@ struct Crossings {
     auto& self = *static_cast<Crossings*>(user);
     std::size_t total = 0;
     for (std::size_t i = 0; i < rays; ++i) total += counts[i];
-    self.counts.insert(self.counts.end(), counts, counts + rays);
     const float* numbers = reinterpret_cast<const float*>(hits);
     self.hits.insert(self.hits.end(), numbers, numbers + 4 * total);
     return 0;
@@ -68,11 +66,12 @@ struct Crossings {
 };
 
 using Masks = std::optional<nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>>;
+using Counts = nb::ndarray<std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-/// Returns (counts, numbers of the hits, times). Counts are signed, as indices of NumPy are.
+/// Writes the counts and returns (numbers of the hits, times).
 Objects list_crossings(const SceneObject& self, const PointRows& array, std::uint32_t most, bool lists,
                        nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& ray_masks,
-                       bool alpha) {
+                       bool alpha, const Counts& counts) {
   auto rays = BALLOT_INIT(BallotRays);
   rays.data = array.data(), rays.count = array.shape(0);
   rays.stride = rays.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
@@ -80,6 +79,9 @@ Objects list_crossings(const SceneObject& self, const PointRows& array, std::uin
   if (ray_masks && ray_masks->size() != rays.count)
     throw Error(Code::Argument, "ray_masks has " + std::to_string(ray_masks->size()) + " numbers; expected " +
                                     std::to_string(rays.count));
+  if (counts.size() != rays.count)
+    throw Error(Code::Argument,
+                "counts has " + std::to_string(counts.size()) + " numbers; expected " + std::to_string(rays.count));
   Crossings all = watched(self.use(), std::move(progress), [=](const Scene& s, Watch& watch) {
     static_cast<void>(array);  // kept, as is what the other pointers lead to
     Crossings found;
@@ -92,19 +94,15 @@ Objects list_crossings(const SceneObject& self, const PointRows& array, std::uin
     if (ray_masks) to.ray_masks = ray_masks->data();
     to.user = &found;
     to.progress = &Crossings::progress;
-    std::vector<std::uint32_t> counts(lists ? 0 : rays.count);
-    if (lists)
-      to.take = &Crossings::take;
-    else
-      to.counts = counts.data();
+    if (lists) to.take = &Crossings::take;
+    to.counts = counts.data();
     auto times = BALLOT_INIT(BallotTimes);
     check(ballot_list_crossings(s.handle(), &rays, &to, &times));
-    if (!lists) found.counts.assign(counts.begin(), counts.end());
     found.times = detail::times_of(times);
     return found;
   });
-  const std::size_t n = all.counts.size(), m = all.hits.size();
-  return nb::make_tuple(array_of(std::move(all.counts), {n}), array_of(std::move(all.hits), {m}), tuple_of(all.times));
+  const std::size_t numbers = all.hits.size();
+  return nb::make_tuple(array_of(std::move(all.hits), {numbers}), tuple_of(all.times));
 }
 
 }  // namespace
@@ -116,7 +114,7 @@ void bind_points(nb::class_<SceneObject>& scene) {
             none("prims"), none("mesh_ids"), none("uvs"), none("normals"), none("signed_distances"), none("inside"));
   scene.def("list_crossings", &list_crossings, nb::arg("rays").noconvert(), nb::arg("most"), nb::arg("lists"),
             nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("ray_masks"),
-            nb::arg("alpha") = false);
+            nb::arg("alpha") = false, nb::arg("counts").noconvert());
 }
 
 }  // namespace ballot::python
