@@ -72,7 +72,25 @@ const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
   return as_they_are ? rays : nullptr;
 }
 
+HitArrays::HitArrays(const BallotHits& to, SceneState& scene, const RowOrder& order, std::size_t count)
+    : to_(to), scene_(scene), order_(order) {
+  if (!to.normals) return;
+  const std::span<const Triangle> triangles = scene.world->scene().triangles;  // here, before several threads ask
+  if (scene.world->forest() || count < triangles.size()) return;
+  NormalTable& table = scene.normals;
+  if (const std::uint64_t now = scene.world->tracer().tree().generation(); table.generation != now) {
+    table.normals.resize(triangles.size());
+    over(triangles.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) table.normals[i] = unit_normal(triangles[i]);
+    });
+    table.generation = now;
+  }
+  all_normals_ = table.normals;
+}
+
 const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
+  static constexpr glm::vec3 kNone(0);
+  if (!all_.empty()) return prim == NO_HIT ? kNone : all_[prim];
   Entry& entry = entries_[prim % entries_.size()];
   if (entry.prim != prim) {
     entry = {prim, glm::vec3(0)};
@@ -116,7 +134,7 @@ void HitArrays::fetch_triangles(std::span<const Hit> hits) const {
 /// Writes the results of rays that stand side by side, one array after the other: each loop then does one thing.
 void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const {
   const std::size_t n = hits.size();
-  if (to_.normals && !scene_.world->forest()) fetch_triangles(hits);
+  if (to_.normals && all_normals_.empty() && !scene_.world->forest()) fetch_triangles(hits);
   if (to_.hits) std::memcpy(to_.hits + place, hits.data(), hits.size_bytes());
   if (to_.t)
     for (std::size_t i = 0; i < n; ++i)
@@ -152,7 +170,7 @@ void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
       std::memcpy(to_.hits + first + begin, &hits[begin], (end - begin) * sizeof(Hit));
       return;
     }
-    Normals normals(scene_);
+    Normals normals(scene_, all_normals_);
     std::array<Hit, kRow> row;  // hits of rays that stand side by side
     std::size_t place = 0, n = 0;
     order_.for_rows(first + begin, end - begin, [&](std::size_t i, std::size_t at, std::size_t count) {

@@ -38,10 +38,8 @@ class RayArray {
 /// The result arrays of a call. Keeps the caller's pointers and a reference to the scene.
 class HitArrays {
  public:
-  HitArrays(const BallotHits& to, const SceneState& scene, const RowOrder& order)
-      : to_(to), scene_(scene), order_(order) {
-    if (to.normals) scene.world->scene();  // brings back what has moved elsewhere, before several threads ask for it
-  }
+  /// `count`: of the hits that will come.
+  HitArrays(const BallotHits& to, SceneState& scene, const RowOrder& order, std::size_t count);
   /// Writes the hits of the rays from number `first` of the order on. hits() counts the rays that hit.
   void write(std::size_t first, std::span<const Hit> hits);
   /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and no
@@ -50,10 +48,10 @@ class HitArrays {
   std::uint64_t hits() const { return hits_; }
 
  private:
-  /// Normals of triangles that were hit last. Rays of a tile hit the same ones again and again.
+  /// Normals, and those of triangles that were hit last: rays of a tile hit the same ones again and again.
   class Normals {
    public:
-    explicit Normals(const SceneState& scene) : scene_(scene) {}
+    Normals(const SceneState& scene, std::span<const glm::vec3> all) : scene_(scene), all_(all) {}
     /// Returns the unit normal of a triangle, or zero for NO_HIT.
     const glm::vec3& of(std::uint32_t prim);
 
@@ -63,6 +61,7 @@ class HitArrays {
       glm::vec3 normal{0};
     };
     const SceneState& scene_;
+    const std::span<const glm::vec3> all_;  // of all triangles, or none
     std::array<Entry, 256> entries_;
   };
 
@@ -74,6 +73,7 @@ class HitArrays {
   BallotHits to_;
   const SceneState& scene_;
   RowOrder order_;
+  std::span<const glm::vec3> all_normals_;  // none: they are found as they are hit
   std::uint64_t hits_ = 0;
 };
 

@@ -109,9 +109,9 @@ Stream<ProbePoint, Answer> stream_of(const PointArray& points, Out& out, Watch& 
 class NearestArrays {
  public:
   /// `by_sides`: the nearest points tell what is inside.
-  NearestArrays(const BallotNearest& to, const SceneState& scene, bool by_sides)
+  NearestArrays(const BallotNearest& to, SceneState& scene, std::size_t count, bool by_sides)
       : to_(to),
-        hits_(hit_arrays(to), scene, RowOrder()),
+        hits_(hit_arrays(to), scene, RowOrder(), count),
         any_(to.prims || to.mesh_ids || to.uvs || to.normals),
         by_sides_(by_sides && (to.signed_distances || to.inside)) {}
 
@@ -176,7 +176,7 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   ballot::DeviceScene& world = *scene.world;
   Watch watch(query, *scene.device, "points");
   const Watched watched(watch);
-  NearestArrays out(to, scene, is_by_sides(query));
+  NearestArrays out(to, scene, points.count(), is_by_sides(query));
   if (out.wants_inside() && !query.assume_closed) need_closed(world);
   if (out.wants_sides() && !query.assume_closed) need_wound(world);
   const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;

@@ -43,7 +43,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
   Watch watch = call.watch;
   const Watched watched(watch);
   const RowOrder order = RowOrder::find(call.rays);
-  HitArrays out(call.hits, scene, order);
+  HitArrays out(call.hits, scene, order, call.rays.count());
   RayStream stream{
       .most = call.rays.count(),
       .next =

@@ -113,6 +113,12 @@ struct PendingEdits {
   std::vector<Transform> transforms;  // of all instances, if they do not lie side by side in the caller's memory
 };
 
+/// The unit normals of the triangles of a scene without instances.
+struct NormalTable {
+  std::uint64_t generation = 0;  // of the tree that the triangles are in
+  std::vector<glm::vec3> normals;
+};
+
 struct SceneState {
   ~SceneState() {
     const DeviceHold hold(*device);
@@ -126,6 +132,7 @@ struct SceneState {
   std::map<std::uint32_t, MeshState> meshes;  // by number
   IdSource ids = IdSource::Mesh;
   std::optional<PlaceTable> places;  // there with the engine
+  NormalTable normals;               // made by a call that asks for more of them than there are triangles
   SceneNumbers next;                 // of meshes and instances
   std::optional<PendingEdits> pending;
   UpdateMode update = UpdateMode::Auto;

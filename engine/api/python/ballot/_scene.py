@@ -204,7 +204,7 @@ class Scene(Edits, Queries):
         length. On a miss prim is MISS, t infinity, u = v = 0. A ray is
         dead, and misses, if t_max <= t_min, if a number is NaN or infinite (but t_max), or if its direction is zero.
 
-        Memory of results that were let go of is kept for the next ones, up to 256 MiB.
+        Memory of results that were let go of is kept for the next ones: up to a 32nd of the machine's, at most 1 GiB.
         Other threads run meanwhile. Ctrl-C ends the call, as every call of ballot, within half a second; `out` is then
         half-written, perhaps for some time yet.
         Raises TypeError and ValueError for wrong arguments, before anything is written.

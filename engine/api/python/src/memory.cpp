@@ -1,7 +1,9 @@
 // Memory of large results. Pages that the system gives for the first time cost as much as writing results to them, so
 // the memory of arrays that Python has let go of is kept for the next ones.
 #include <sys/mman.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 
@@ -11,8 +13,8 @@ namespace ballot::python {
 
 namespace {
 
-constexpr std::size_t kMostKept = std::size_t(256) << 20;
-constexpr std::size_t kPage = std::size_t(2) << 20;  // sizes are multiples of a huge page
+constexpr std::size_t kMostKept = std::size_t(1) << 30;  // and no more than a 32nd of the machine's memory
+constexpr std::size_t kPage = std::size_t(2) << 20;      // sizes are multiples of a huge page
 
 /// Blocks of memory by size. Used with the GIL alone.
 class ResultMemory {
@@ -35,7 +37,7 @@ class ResultMemory {
 
   /// Keeps a block for the next arrays, unless much is kept already.
   void give(void* block, std::size_t size) noexcept {
-    if (kept_ + size > kMostKept) {
+    if (kept_ + size > most_) {
       std::free(block);
       return;
     }
@@ -46,6 +48,8 @@ class ResultMemory {
  private:
   std::multimap<std::size_t, void*> free_;
   std::size_t kept_ = 0;
+  const std::size_t most_ =
+      std::min(kMostKept, std::size_t(sysconf(_SC_PHYS_PAGES)) * std::size_t(sysconf(_SC_PAGESIZE)) / 32);
 };
 
 /// Returns the memory of the process. It is never destroyed, as arrays may outlive all else.
