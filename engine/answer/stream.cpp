@@ -32,12 +32,12 @@ void StreamRing::make_room(std::uint64_t question_bytes, std::uint64_t answer_by
   question_bytes_ = answer_bytes_ = 0;
   const auto make = [&] {
     Room room{{gpu_, question_bytes, Access::Storage, "questions"}, {gpu_, answer_bytes, Access::Storage, "answers"}};
-    if (room.questions.mapped() && room.answers.mapped()) return room;  // the host sees them
+    if (!acts_as_gpu_ && room.questions.mapped() && room.answers.mapped()) return room;  // the host sees them
     room.questions_here.emplace(gpu_, question_bytes, Access::Host, "questions of the host");
     room.answers_here.emplace(gpu_, answer_bytes, Access::Host, "answers of the host");
     return room;
   };
-  while (rooms_.size() < (gpu_.info().is_cpu() ? 1 : kSets)) rooms_.push_back(make());
+  while (rooms_.size() < (gpu_.info().is_cpu() && !acts_as_gpu_ ? 1 : kSets)) rooms_.push_back(make());
   question_bytes_ = question_bytes, answer_bytes_ = answer_bytes;
 }
 

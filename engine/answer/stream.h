@@ -111,6 +111,9 @@ class StreamRing {
   template <class Question, class Answer>
   TraceTimes run(const Stream<Question, Answer>& stream, Answerer<Question, Answer>& answerer);
 
+  /// For tests: a CPU device has three sets, and copies, as a GPU with memory of its own; chunks have `most` questions.
+  void act_as_gpu(std::size_t most) { rooms_.clear(), acts_as_gpu_ = true, most_ = most; }
+
  private:
   template <class Question, class Answer>
   class Run;  // has the rooms while it lives: a stream that begins meanwhile makes others
@@ -125,6 +128,8 @@ class StreamRing {
   std::vector<Room> rooms_;
   std::uint64_t question_bytes_ = 0, answer_bytes_ = 0;  // of a room
   bool imports_ = true;                                  // no import of a caller's questions has failed yet
+  bool acts_as_gpu_ = false;
+  std::size_t most_ = ~std::size_t{0};  // questions of a chunk
 };
 
 }  // namespace ballot

@@ -55,8 +55,9 @@ class StreamRing::Run {
  public:
   Run(StreamRing& ring, const Stream<Question, Answer>& stream, Answerer<Question, Answer>& answerer)
       : gpu_(ring.gpu_), ring_(ring), stream_(stream), answerer_(answerer) {
-    const std::size_t wanted = std::size_t(std::min<std::uint64_t>(stream.most, answerer.most()));
-    chunk_ = std::clamp(std::bit_ceil(wanted), std::min(kLeastChunk, answerer.most()), answerer.most());
+    const std::size_t most = std::min(answerer.most(), ring.most_);
+    const std::size_t wanted = std::size_t(std::min<std::uint64_t>(stream.most, most));
+    chunk_ = std::clamp(std::bit_ceil(wanted), std::min(kLeastChunk, most), most);
     ring.make_room(chunk_ * sizeof(Question), chunk_ * sizeof(Answer));
     rooms_ = std::exchange(ring.rooms_, {});
     for (Room& room : rooms_) slots_.emplace_back(std::move(room));
