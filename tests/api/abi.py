@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Compares the binary interface of the library with the one that is noted: sizes and places of what structs hold, values
-of constants, functions with their types, and the symbols that the library exports.
+"""Compares the binary interface of the library with the one that is noted: sizes and places of what structs hold,
+values of constants, functions with their types, and the symbols that the library exports.
 
     python3 tests/api/abi.py build/release/libballot.so [--write]
 
