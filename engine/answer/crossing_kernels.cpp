@@ -87,9 +87,11 @@ std::vector<TreePiece> CrossingKernels::pieces(const CrossingVariant& variant, s
   return kernel(variant, true).pieces(limit);
 }
 
-void CrossingKernels::bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some) {
+/// `are_there`: the last call has brought these rays to the device.
+void CrossingKernels::bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some,
+                                bool are_there) {
   Buffer<Ray>& buffer = buffer_for(rays_, gpu_, some.rays.size(), "rays of a query");
-  buffer.upload(some.rays);
+  if (!are_there) buffer.upload(some.rays);
   kernel.bind(BIND_RAYS, buffer);
   bind_masks(kernel, variant, some.rays.size(), some.masks);
 }
@@ -119,8 +121,9 @@ std::uint32_t CrossingKernels::count_there(const CrossingVariant& variant, const
 }
 
 std::uint32_t CrossingKernels::run(QueryKernel& kernel, Below piece, const CrossingVariant& variant,
-                                   const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times) {
-  bind_rays(kernel, variant, some);
+                                   const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times,
+                                   bool are_there) {
+  bind_rays(kernel, variant, some, are_there);
   kernel.bind(BIND_CROSSINGS, buffer_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
   const std::uint32_t unfinished =
       kernel.run(std::uint32_t(some.rays.size()), piece.value_or(TreePiece{tree().root()}), times);
@@ -135,11 +138,11 @@ std::uint32_t CrossingKernels::count(const CrossingVariant& variant, const RaySp
 
 std::uint32_t CrossingKernels::list_to(Slots& to, std::uint32_t slots, const CrossingVariant& variant,
                                        const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times,
-                                       Below piece) {
+                                       Below piece, bool are_there) {
   QueryKernel& lists = kernel(variant, piece.has_value());
   lists.bind(BIND_PLACES, *places_);
   lists.bind(BIND_HITS, buffer_for(to.buffer, gpu_, slots, "crossings"));
-  const std::uint32_t unfinished = run(lists, piece, variant, some, found, times);
+  const std::uint32_t unfinished = run(lists, piece, variant, some, found, times, are_there);
   fetch(to, slots);
   return unfinished;
 }
@@ -194,7 +197,7 @@ bool CrossingKernels::count_and_list(const CrossingVariant& variant, const RaySp
   for (std::uint32_t& n : room) all += n = n < UNSURE ? n : 0;
   if (all > most) return false;
   sum_counts(std::uint32_t(some.rays.size()), times);
-  list_to(slots_, std::uint32_t(all), variant, some, found, times);
+  list_to(slots_, std::uint32_t(all), variant, some, found, times, {}, true);
   return true;
 }
 

@@ -83,13 +83,13 @@ class CrossingKernels {
     std::vector<Hit> fetched;
   };
   QueryKernel& kernel(const CrossingVariant& variant, bool pairs);
-  void bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some);
+  void bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some, bool are_there);
   void bind_masks(QueryKernel& kernel, const CrossingVariant& variant, std::size_t rays,
                   std::span<const std::uint32_t> masks);
   std::uint32_t run(QueryKernel& kernel, Below piece, const CrossingVariant& variant, const RaySpan& some,
-                    std::span<std::uint32_t> found, TraceTimes& times);
+                    std::span<std::uint32_t> found, TraceTimes& times, bool are_there = false);
   std::uint32_t list_to(Slots& to, std::uint32_t slots, const CrossingVariant& variant, const RaySpan& some,
-                        std::span<std::uint32_t> found, TraceTimes& times, Below piece = {});
+                        std::span<std::uint32_t> found, TraceTimes& times, Below piece = {}, bool are_there = false);
   void sum_counts(std::uint32_t count, TraceTimes& times);
   void fetch(Slots& from, std::uint32_t slots);
 

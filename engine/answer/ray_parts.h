@@ -101,7 +101,14 @@ inline bool is_unfinished(const ListWalk::Answer& a) { return a.number == UNFINI
 /// The crossings of rays in the order in which they came.
 struct Answers {
   std::vector<std::uint32_t> counts;
-  std::vector<Hit> hits;
+  std::vector<Hit> hits;  // the first `used`: memory that stays is not written twice
+  std::size_t used = 0;
+
+  void clear() { counts.clear(), used = 0; }
+  void make_room(std::size_t more) {
+    used += more;
+    if (hits.size() < used) hits.resize(used);
+  }
 };
 
 }  // namespace ray_queries
@@ -153,6 +160,7 @@ struct RayQueries::Parts {
   RayPart given, asked;              // the rays of a part as they came, and in the order in which they are asked
   std::vector<std::uint32_t> order;  // the number of each asked ray among those that came; empty: its own
   std::vector<std::uint32_t> found;
+  Answers kept;  // of the parts of a query, one after the other
 };
 
 }  // namespace ballot

@@ -142,9 +142,9 @@ void RayQueries::Parts::collect(std::size_t begin, const Lists& lists, Answers& 
   const auto number_of = [&](std::size_t i) { return order.empty() ? i : std::size_t(order[begin + i]) - begin; };
   for (std::size_t i = 0; i < count; ++i)
     answers.counts[before_these + number_of(i)] = std::min(lists.places[i].count, query.most);
-  to[0] = answers.hits.size();
+  to[0] = answers.used;
   for (std::size_t i = 0; i < count; ++i) to[i + 1] = to[i] + answers.counts[before_these + i];
-  answers.hits.resize(to[count]);
+  answers.make_room(to[count] - to[0]);
   for_chunks(count, 1 << 12, [&](std::size_t first, std::size_t last) {
     std::vector<Hit> spare;
     for (std::size_t i = first; i < last; ++i) {
@@ -174,16 +174,16 @@ RayQueries::~RayQueries() = default;
 void RayQueries::set_counts_first(bool first) { parts_->counts_first = first; }
 
 TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, const CrossingQuery& query) {
-  Answers answers;
+  Answers& answers = parts_->kept;
   return parts_->in_parts(source, query, [&](std::uint64_t first, std::size_t some, TraceTimes& times) {
-    answers.counts.clear(), answers.hits.clear();
+    answers.clear();
     if (query.most == 0)
       answers.counts.resize(some);
     else if (parts_->by_counts)
       parts_->list_by_counts(0, some, answers, times);
     else
       parts_->list_with_room(answers, times);
-    take(first, answers.counts, answers.hits);
+    take(first, answers.counts, std::span<const Hit>(answers.hits).first(answers.used));
   });
 }
 
