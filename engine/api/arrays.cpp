@@ -13,19 +13,8 @@ namespace ballot::api {
 
 namespace {
 
-constexpr std::size_t kChunk = 1 << 13;  // rays that a thread takes at a time
-constexpr std::size_t kRow = 512;        // hits that are written at a time
-constexpr float kNoBound = std::numeric_limits<float>::max();
-static_assert(sizeof(BallotRay) == sizeof(Ray) && sizeof(BallotHit) == sizeof(Hit));
-
-/// Runs work(begin, end) over [0, count), by several threads if there is enough of it.
-template <class Work>
-void over(std::size_t count, const Work& work) {
-  if (count > kChunk)
-    for_chunks(count, kChunk, work);
-  else if (count)
-    work(0, count);
-}
+constexpr std::size_t kRow = 512;  // hits that are written at a time
+static_assert(sizeof(BallotHit) == sizeof(Hit));
 
 /// Returns the unit normal of a triangle; zero if it has no area.
 glm::vec3 unit_normal(const Triangle& t) {
@@ -36,42 +25,6 @@ glm::vec3 unit_normal(const Triangle& t) {
 
 }  // namespace
 
-RayArray::RayArray(const BallotRays& rays)
-    : data_(reinterpret_cast<const char*>(rays.data)), count_(rays.count), full_(rays.format == BALLOT_RAYS_FULL) {
-  if (rays.format != BALLOT_RAYS_FULL && rays.format != BALLOT_RAYS_UNBOUNDED)
-    throw Refused(
-        BALLOT_ERROR_ARGUMENT,
-        fmt::format("rays: format is {}; expected BALLOT_RAYS_FULL or BALLOT_RAYS_UNBOUNDED", int(rays.format)));
-  if (count_ && !data_)
-    throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("rays: data is NULL, but count is {}", count_));
-  stride_ = stride_of(rays.stride, (full_ ? 8 : 6) * sizeof(float), count_, "rays: stride");
-}
-
-Ray RayArray::ray(std::size_t i) const {
-  const float* f = reinterpret_cast<const float*>(data_ + i * stride_);
-  if (!full_) return {{f[0], f[1], f[2]}, 0, {f[3], f[4], f[5]}, kNoBound};
-  return {{f[0], f[1], f[2]}, f[3], {f[4], f[5], f[6]}, f[7] > kNoBound ? kNoBound : f[7]};
-}
-
-void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const {
-  over(rays.size(), [&](std::size_t begin, std::size_t end) {
-    order.for_runs(first + begin, end - begin, [&](std::size_t i, std::size_t place, std::size_t n) {
-      for (std::size_t k = 0; k < n; ++k) rays[begin + i + k] = ray(place + k);
-    });
-  });
-}
-
-const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
-  if (!full_ || stride_ != sizeof(Ray)) return nullptr;
-  const auto* rays = reinterpret_cast<const Ray*>(data_) + first;
-  std::atomic<bool> as_they_are{true};
-  over(count, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      if (rays[i].t_max > kNoBound) as_they_are = false;
-  });
-  return as_they_are ? rays : nullptr;
-}
-
 HitArrays::HitArrays(const BallotHits& to, SceneState& scene, const RowOrder& order, std::size_t count)
     : to_(to), scene_(scene), order_(order) {
   if (!to.normals) return;
@@ -80,7 +33,7 @@ HitArrays::HitArrays(const BallotHits& to, SceneState& scene, const RowOrder& or
   NormalTable& table = scene.normals;
   if (const std::uint64_t now = scene.world->tracer().tree().generation(); table.generation != now) {
     table.normals.resize(triangles.size());
-    over(triangles.size(), [&](std::size_t begin, std::size_t end) {
+    for_chunks(triangles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) table.normals[i] = unit_normal(triangles[i]);
     });
     table.generation = now;
@@ -161,7 +114,7 @@ Hit* HitArrays::in_place(std::size_t first) const {
 void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
   const bool alone = records_alone(), there = alone && hits.data() == in_place(first);
   std::atomic<std::uint64_t> found{0};
-  over(hits.size(), [&](std::size_t begin, std::size_t end) {
+  for_chunks(hits.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     std::uint64_t some = 0;
     for (std::size_t i = begin; i < end; ++i) some += hits[i].prim != NO_HIT;
     found += some;

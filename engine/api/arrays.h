@@ -1,4 +1,4 @@
-// Reads rays from a caller's arrays and writes hits to them, by all cores.
+// Writes hits to a caller's arrays, by all cores; the query and the progress function of a call.
 #pragma once
 
 #include <array>
@@ -6,34 +6,11 @@
 #include <optional>
 #include <span>
 
-#include "engine/api/row_order.h"
+#include "engine/api/sources.h"
 #include "engine/api/state.h"
 #include "engine/core/interruption.h"
 
 namespace ballot::api {
-
-/// The rays of a call. Keeps the caller's pointer.
-class RayArray {
- public:
-  /// Throws Refused if the description is wrong.
-  explicit RayArray(const BallotRays& rays);
-  std::size_t count() const { return count_; }
-  /// Fills `rays` from number `first` of the array on. An infinite t_max becomes the largest float, which is no bound
-  /// either.
-  void read(std::size_t first, std::span<Ray> rays) const { read(RowOrder(), first, rays); }
-  /// The same for the rays in an order.
-  void read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const;
-  /// Returns the rays [first, first + count) where they lie, if they are records that read() would copy as they are;
-  /// null if not.
-  const Ray* in_place(std::size_t first, std::size_t count) const;
-
- private:
-  const char* data_;
-  std::size_t count_, stride_;
-  bool full_;
-
-  Ray ray(std::size_t i) const;
-};
 
 /// The result arrays of a call. Keeps the caller's pointers and a reference to the scene.
 class HitArrays {

@@ -152,16 +152,12 @@ class Scene {
 
   /// Traces rays and returns when the results are written. Neighbouring rays share a subgroup: order them for
   /// coherence.
-  Times trace(const RayView& rays, const Results& results, const Query& query = {}) const {
-    const detail::QueryArgument q(query);
-    const BallotRays r = detail::rays_of(rays);
-    const BallotHits h = detail::hits_of(results);
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_trace(handle_.get(), &r, &h, q.c(), &times));
-    return detail::times_of(times);
-  }
   Times trace(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
-    return trace(detail::view_of(rays), results, query);
+    return trace_c(detail::rays_of(rays), results, query);
+  }
+  /// The same for rays by their columns: any stride, float or double, numbers that stand for all. None is copied first.
+  Times trace(const RayView& rays, const Results& results, const Query& query = {}) const {
+    return trace_c(detail::rays_of(rays), results, query);
   }
   /// The same; `hits` must be as many as the rays.
   Times trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query = {}) const {
@@ -179,16 +175,11 @@ class Scene {
   }
 
   /// Begins a trace in the background. Jobs of a device run in their order. query.progress must outlive the job.
-  Job submit(const RayView& rays, const Results& results, const Query& query = {}) const {
-    const detail::QueryArgument q(query);
-    const BallotRays r = detail::rays_of(rays);
-    const BallotHits h = detail::hits_of(results);
-    BallotJob* job = nullptr;
-    check(ballot_submit(handle_.get(), &r, &h, q.c(), &job));
-    return Job(job);
-  }
   Job submit(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
-    return submit(detail::view_of(rays), results, query);
+    return submit_c(detail::rays_of(rays), results, query);
+  }
+  Job submit(const RayView& rays, const Results& results, const Query& query = {}) const {
+    return submit_c(detail::rays_of(rays), results, query);
   }
 
   /// The same for arrays on the device, so that one batch follows another without a gap. Two jobs are on their way to
@@ -201,10 +192,14 @@ class Scene {
     return Job(job);
   }
 
-  /// Finds the nearest point of the scene for each point: x y z, floats, a multiple of three. Accuracy, ties and the
-  /// inside test: ballot_query_points() in ballot_c.h. Throws Error(Argument) if what is inside is asked for and the
-  /// mesh is not closed, or its triangles not wound alike where query.sign is Pseudonormal.
-  Times nearest(std::span<const float> points, const NearestResults& results, const PointQuery& query = {}) const {
+  /// Finds the nearest point of the scene for each point: x y z, float or double, as a vector, a span or an array has
+  /// them, or at any stride. Accuracy, ties and the inside test: ballot_query_points() in ballot_c.h. Throws
+  /// Error(Argument) if what is inside is asked for and the mesh is not closed, or its triangles not wound alike where
+  /// query.sign is Pseudonormal.
+  Times nearest(const Column& points, const NearestResults& results, const PointQuery& query = {}) const {
+    return nearest(PointView{points}, results, query);
+  }
+  Times nearest(const PointView& points, const NearestResults& results, const PointQuery& query = {}) const {
     const auto p = detail::points_of(points, query);
     const auto to = detail::nearest_of(results);
     const auto q = detail::point_query_of(query);
@@ -225,38 +220,25 @@ class Scene {
 
   /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray that passes through a
   /// closed surface at an edge or a vertex crosses it there once; one that only touches it there, twice or not at all.
-  std::vector<std::int64_t> count_crossings(const RayView& rays, const CrossingQuery& query = {}) const {
-    auto counts = detail::room_for<std::int64_t>(rays.count);
-    const BallotRays r = detail::rays_of(rays);
-    BallotLists lists = detail::lists_of(query, rays.count);
-    lists.most = 0;
-    lists.counts = counts.data();
-    check(ballot_list_crossings(handle_.get(), &r, &lists, nullptr));
-    return counts;
-  }
   std::vector<std::int64_t> count_crossings(std::span<const Ray> rays, const CrossingQuery& query = {}) const {
-    return count_crossings(detail::view_of(rays), query);
+    return count_c(detail::rays_of(rays), query);
+  }
+  std::vector<std::int64_t> count_crossings(const RayView& rays, const CrossingQuery& query = {}) const {
+    return count_c(detail::rays_of(rays), query);
   }
   /// Lists them.
-  Crossings crossings(const RayView& rays, const CrossingQuery& query) const {
-    detail::Listing listing{{}, query.progress};
-    const BallotRays r = detail::rays_of(rays);
-    BallotLists lists = detail::lists_of(query, rays.count);
-    detail::list_into(listing, lists);
-    const BallotStatus status = ballot_list_crossings(handle_.get(), &r, &lists, nullptr);
-    if (listing.full) throw Error(Code::Memory, "the host has too little memory for all crossings; ask for fewer rays");
-    check(status);
-    return std::move(listing.all);
-  }
   Crossings crossings(std::span<const Ray> rays, const CrossingQuery& query) const {
-    return crossings(detail::view_of(rays), query);
+    return list_c(detail::rays_of(rays), query);
+  }
+  Crossings crossings(const RayView& rays, const CrossingQuery& query) const {
+    return list_c(detail::rays_of(rays), query);
   }
   /// Lists at most the first `most` of each ray; 0: all.
-  Crossings crossings(const RayView& rays, std::uint32_t most = 0) const {
+  Crossings crossings(std::span<const Ray> rays, std::uint32_t most = 0) const {
     return crossings(rays, CrossingQuery{.most = most});
   }
-  Crossings crossings(std::span<const Ray> rays, std::uint32_t most = 0) const {
-    return crossings(detail::view_of(rays), most);
+  Crossings crossings(const RayView& rays, std::uint32_t most = 0) const {
+    return crossings(rays, CrossingQuery{.most = most});
   }
 
   SceneInfo info() const { return detail::scene_info_of(handle_.get()); }
@@ -335,6 +317,38 @@ class Scene {
     BallotScene* scene = nullptr;
     check(ballot_scene_create(device.handle(), list.data(), list.size(), instances ? &i : nullptr, &o, &scene));
     handle_ = Owner(scene);
+  }
+
+  Times trace_c(const BallotRays& rays, const Results& results, const Query& query) const {
+    const detail::QueryArgument q(query);
+    const BallotHits h = detail::hits_of(results);
+    auto times = BALLOT_INIT(BallotTimes);
+    check(ballot_trace(handle_.get(), &rays, &h, q.c(), &times));
+    return detail::times_of(times);
+  }
+  Job submit_c(const BallotRays& rays, const Results& results, const Query& query) const {
+    const detail::QueryArgument q(query);
+    const BallotHits h = detail::hits_of(results);
+    BallotJob* job = nullptr;
+    check(ballot_submit(handle_.get(), &rays, &h, q.c(), &job));
+    return Job(job);
+  }
+  std::vector<std::int64_t> count_c(const BallotRays& rays, const CrossingQuery& query) const {
+    auto counts = detail::room_for<std::int64_t>(detail::count_of(rays.shape));
+    BallotLists lists = detail::lists_of(query, counts.size());
+    lists.most = 0;
+    lists.counts = counts.data();
+    check(ballot_list_crossings(handle_.get(), &rays, &lists, nullptr));
+    return counts;
+  }
+  Crossings list_c(const BallotRays& rays, const CrossingQuery& query) const {
+    detail::Listing listing{{}, query.progress};
+    BallotLists lists = detail::lists_of(query, detail::count_of(rays.shape));
+    detail::list_into(listing, lists);
+    const BallotStatus status = ballot_list_crossings(handle_.get(), &rays, &lists, nullptr);
+    if (listing.full) throw Error(Code::Memory, "the host has too little memory for all crossings; ask for fewer rays");
+    check(status);
+    return std::move(listing.all);
   }
 
   Owner handle_;

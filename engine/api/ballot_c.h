@@ -7,8 +7,7 @@
  *   mesh.positions = vertices; mesh.vertex_count = 8;          // float x, y, z
  *   mesh.indices = triangles; mesh.index_count = 36; mesh.index_type = BALLOT_INDEX_U32;
  *   ballot_scene_create(device, &mesh, 1, NULL, NULL, &scene);
- *   BallotRays rays = BALLOT_INIT(BallotRays);
- *   rays.data = my_rays; rays.count = n;                       // float ox oy oz t_min dx dy dz t_max
+ *   BallotRays rays = ballot_rays(my_rays, n);                 // float ox oy oz t_min dx dy dz t_max
  *   BallotHits out = BALLOT_INIT(BallotHits);
  *   out.hits = my_hits;                                        // room for n
  *   if (ballot_trace(scene, &rays, &out, NULL, NULL)) fprintf(stderr, "%s\n", ballot_scene_error(scene));
@@ -147,20 +146,49 @@ typedef struct BallotHit {
 } BallotHit;
 #define BALLOT_MISS 0xFFFFFFFFu
 
-typedef enum BallotRayFormat {
-  BALLOT_RAYS_FULL = 0,     /* BallotRay, 8 floats */
-  BALLOT_RAYS_UNBOUNDED = 1 /* 6 floats: origin, direction; t from 0 to the largest float */
-} BallotRayFormat;
+enum { BALLOT_FLOAT32 = 0, BALLOT_FLOAT64 = 1 };
+#define BALLOT_AXES 8
 
+/* One number, or three, of each question, as they lie in the caller's memory, at any address. float64 is rounded to the
+ * nearest float32, beyond its range to infinity. Numbers that stand for all questions are read before the call returns,
+ * also by ballot_submit(). */
+typedef struct BallotColumn {
+  const void* data;              /* of the first question; NULL: the column's default */
+  ptrdiff_t stride[BALLOT_AXES]; /* bytes from one question to the next along each axis of the shape; 0: one for all */
+  uint32_t type;                 /* BALLOT_FLOAT32 or BALLOT_FLOAT64 */
+  ptrdiff_t gap;                 /* bytes between a number and the next of its three; 0: they lie side by side */
+} BallotColumn;
+
+/* Rays. {n} is the shape of n rays, {h, w} that of h rows of w, whose neighbours in the last axis are neighbours in the
+ * results. */
 typedef struct BallotRays {
   size_t size;
-  const float* data;
-  size_t count;
-  size_t stride; /* bytes from one ray to the next, a multiple of 4; 0: packed */
-  BallotRayFormat format;
+  size_t shape[BALLOT_AXES]; /* a zero behind the first number, and what follows, is no axis */
+  BallotColumn origin, direction;
+  BallotColumn t_min, t_max; /* NULL: 0, and no end */
 } BallotRays;
 
-/* Where the results go: arrays of `count` entries in the order of the rays. Those that are NULL are not written. The
+/* Returns rays that lie as records, or as rows of six floats: origin, direction. */
+static inline BallotRays ballot_rays(const BallotRay* records, size_t count) {
+  BallotRays rays = BALLOT_INIT(BallotRays);
+  rays.shape[0] = count;
+  if (!records) return rays;
+  rays.origin.data = records->origin, rays.direction.data = records->dir;
+  rays.t_min.data = &records->t_min, rays.t_max.data = &records->t_max;
+  rays.origin.stride[0] = rays.direction.stride[0] = (ptrdiff_t)sizeof(BallotRay);
+  rays.t_min.stride[0] = rays.t_max.stride[0] = (ptrdiff_t)sizeof(BallotRay);
+  return rays;
+}
+static inline BallotRays ballot_rays_of_six(const float* rows, size_t count) {
+  BallotRays rays = BALLOT_INIT(BallotRays);
+  rays.shape[0] = count;
+  if (!rows) return rays;
+  rays.origin.data = rows, rays.direction.data = rows + 3;
+  rays.origin.stride[0] = rays.direction.stride[0] = (ptrdiff_t)(6 * sizeof(float));
+  return rays;
+}
+
+/* Where the results go: arrays of an entry for each ray, in their order. Those that are NULL are not written. The
  * arrays must not overlap the rays or each other. */
 typedef struct BallotHits {
   size_t size;

@@ -6,13 +6,23 @@
 #error include ballot/ballot_c.h
 #endif
 
+/* Points, as BallotRays. */
 typedef struct BallotPoints {
   size_t size;
-  const float* data; /* x, y, z of each; a point that is not finite is near nothing, and outside */
-  size_t count;
-  size_t stride; /* bytes from one point to the next, a multiple of 4; 0: 12 */
-  float limit;   /* triangles farther away are not looked for; 0: no limit */
+  size_t shape[BALLOT_AXES];
+  BallotColumn at; /* x, y, z; a point that is not finite is near nothing, and outside */
+  BallotColumn
+      limit; /* triangles farther away are not looked for; NULL: no limit. One for all is above 0; a point whose
+                         own is negative or NaN is near nothing, and outside */
 } BallotPoints;
+
+/* Returns points that lie side by side: three floats each. */
+static inline BallotPoints ballot_points(const float* xyz, size_t count) {
+  BallotPoints points = BALLOT_INIT(BallotPoints);
+  points.shape[0] = count;
+  points.at.data = xyz, points.at.stride[0] = (ptrdiff_t)(3 * sizeof(float));
+  return points;
+}
 
 /* Where the answers go, as in BallotHits. Without a triangle distances are infinite, numbers BALLOT_MISS, the rest
  * 0. */

@@ -1,6 +1,7 @@
 // How the types of ballot_types.h become those of the C interface. Not for use outside of ballot.h.
 #pragma once
 
+#include <algorithm>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -99,23 +100,79 @@ inline BallotHits hits_of(const Results& r) {
   return h;
 }
 
+inline std::size_t count_of(const std::size_t (&shape)[BALLOT_AXES]) {
+  std::size_t count = shape[0];
+  for (std::size_t a = 1; a < BALLOT_AXES && shape[a]; ++a) count *= shape[a];
+  return count;
+}
+
+/// The columns of a view, as the C interface has them. Refers to them.
+class Table {
+ public:
+  Table(std::string what, const Shape& from, std::size_t (&shape)[BALLOT_AXES])
+      : what_(std::move(what)), shape_(shape), has_shape_(from[0] != 0) {
+    std::copy(from.begin(), from.end(), shape);
+  }
+  /// Fills a column whose entries have `width` numbers. The longest one says how many questions there are, if the view
+  /// has no shape. Throws Error(Argument) if its numbers are no multiple.
+  void add(const Column& from, std::size_t width, std::string name, BallotColumn& to) {
+    if (from.kind == Column::Kind::None) return;
+    to.data = from.kind == Column::Kind::Own ? from.own.data() : from.data;
+    to.type = from.type, to.gap = from.gap;
+    std::copy(from.strides.begin(), from.strides.end(), to.stride);
+    if (from.kind == Column::Kind::Strided) return;
+    if (from.numbers % width || (from.kind == Column::Kind::Own && from.numbers != width))
+      throw Error(Code::Argument, what_ + ": " + name + " has " + std::to_string(from.numbers) + " numbers; expected " +
+                                      std::to_string(width) + " of each");
+    rows_.push_back({&to, from.numbers / width, width * (from.type == BALLOT_FLOAT64 ? 8 : 4), std::move(name)});
+    if (!has_shape_ && (rows_.size() == 1 || shape_[0] == 1)) shape_[0] = rows_.back().entries;
+  }
+  /// Sets the strides of numbers that lie side by side. Throws Error(Argument) unless they are one for all or as many as
+  /// the questions.
+  void fit() {
+    for (const Row& row : rows_) {
+      if (row.entries == 1) continue;
+      if (row.entries != count_of(shape_))
+        throw Error(Code::Argument, what_ + ": " + row.name + " has " + std::to_string(row.entries) + " for " +
+                                        std::to_string(count_of(shape_)) + " " + what_ +
+                                        "; expected as many, or one for all");
+      auto stride = std::ptrdiff_t(row.bytes);
+      std::size_t axes = 1;
+      while (axes < BALLOT_AXES && shape_[axes]) ++axes;
+      for (std::size_t a = axes; a-- > 0; stride *= std::ptrdiff_t(shape_[a])) row.to->stride[a] = stride;
+    }
+  }
+
+ private:
+  struct Row {
+    BallotColumn* to;
+    std::size_t entries, bytes;
+    std::string name;
+  };
+  std::string what_;
+  std::size_t (&shape_)[BALLOT_AXES];
+  bool has_shape_;
+  std::vector<Row> rows_;
+};
+
 inline BallotRays rays_of(const RayView& rays) {
   auto r = BALLOT_INIT(BallotRays);
-  r.data = rays.data;
-  r.count = rays.count;
-  r.stride = rays.stride;
-  r.format = rays.bounded ? BALLOT_RAYS_FULL : BALLOT_RAYS_UNBOUNDED;
+  Table table("rays", rays.shape, r.shape);
+  table.add(rays.origins, 3, "origins", r.origin);
+  table.add(rays.directions, 3, "directions", r.direction);
+  table.add(rays.t_min, 1, "t_min", r.t_min);
+  table.add(rays.t_max, 1, "t_max", r.t_max);
+  table.fit();
   return r;
 }
-inline RayView view_of(std::span<const Ray> rays) { return {reinterpret_cast<const float*>(rays.data()), rays.size()}; }
+inline BallotRays rays_of(std::span<const Ray> rays) { return ballot_rays(rays.data(), rays.size()); }
 
-inline BallotPoints points_of(std::span<const float> points, const PointQuery& query) {
-  if (points.size() % 3)
-    throw Error(Code::Argument, "points: " + std::to_string(points.size()) + " numbers; expected a multiple of three");
+inline BallotPoints points_of(const PointView& points, const PointQuery& query) {
   auto p = BALLOT_INIT(BallotPoints);
-  p.data = points.data();
-  p.count = points.size() / 3;
-  p.limit = query.limit;
+  Table table("points", points.shape, p.shape);
+  table.add(points.at, 3, "at", p.at);
+  table.add(query.limit, 1, "limit", p.limit);
+  table.fit();
   return p;
 }
 

@@ -1,6 +1,8 @@
 // The plain types of Ballot's C++ interface (ballot.h): errors, rays, hits, meshes, queries, results, views.
 #pragma once
 
+#include <array>
+#include <concepts>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -62,12 +64,56 @@ inline std::vector<std::string> names(Names which) {
 /// infinite, or if dir is zero or denormal.
 using Ray = BallotRay;
 
-/// Rays as they lie in the caller's memory.
+/// Numbers of questions as they lie in the caller's memory: one of each, or three, a point or direction. double is
+/// rounded to the nearest float, beyond its range to infinity.
+struct Column {
+  using Strides = std::array<std::ptrdiff_t, BALLOT_AXES>;
+
+  Column() = default;  // the default of what it is for
+  /// One for all questions.
+  Column(float number) : kind(Kind::Own), own{number}, numbers(1) {}
+  Column(float x, float y, float z) : kind(Kind::Own), own{x, y, z}, numbers(3) {}
+  /// Numbers side by side, as of a vector, an array or a span. Those of one question alone are one for all.
+  template <std::convertible_to<std::span<const float>> Numbers>
+  Column(const Numbers& side_by_side) : Column(std::span<const float>(side_by_side), BALLOT_FLOAT32) {}
+  template <std::convertible_to<std::span<const double>> Numbers>
+  Column(const Numbers& side_by_side) : Column(std::span<const double>(side_by_side), BALLOT_FLOAT64) {}
+  /// At any stride: bytes from one question to the next along each axis of the view's shape, 0: one for all; `gap`:
+  /// bytes between a number and the next of its three.
+  Column(const float* first, const Strides& bytes, std::ptrdiff_t gap_bytes = 0)
+      : kind(Kind::Strided), data(first), strides(bytes), gap(gap_bytes) {}
+  Column(const double* first, const Strides& bytes, std::ptrdiff_t gap_bytes = 0)
+      : kind(Kind::Strided), data(first), strides(bytes), gap(gap_bytes), type(BALLOT_FLOAT64) {}
+
+  enum class Kind { None, Own, SideBySide, Strided } kind = Kind::None;
+  const void* data = nullptr;
+  std::array<float, 3> own = {};
+  std::size_t numbers = 0;  // of `own`, or side by side
+  Strides strides = {};
+  std::ptrdiff_t gap = 0;
+  std::uint32_t type = BALLOT_FLOAT32;
+
+ private:
+  template <class T>
+  Column(std::span<const T> all, std::uint32_t number)
+      : kind(Kind::SideBySide), data(all.data()), numbers(all.size()), type(number) {}
+};
+
+/// The lengths of the axes along which questions lie: {n}, or {h, w} for h rows of w. Without one there are as many
+/// questions as the longest column with its numbers side by side has.
+using Shape = std::array<std::size_t, BALLOT_AXES>;
+
+/// Rays by their columns, as {.origins = {0, 0, 9}, .directions = all, .t_max = 2}.
 struct RayView {
-  const float* data = nullptr;
-  std::size_t count = 0;
-  std::size_t stride = 0;  // bytes from one ray to the next; 0: they are dense
-  bool bounded = true;     // true: 8 floats, as Ray; false: 6 floats, origin and dir, with t from 0 without a bound
+  Column origins, directions;
+  Column t_min = {}, t_max = {};  // 0, and no end
+  Shape shape = {};
+};
+
+/// Points by their column, where that has strides.
+struct PointView {
+  Column at;
+  Shape shape = {};
 };
 
 /// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t infinity, and u = v = 0. u and v are
@@ -191,7 +237,9 @@ using Point = BallotPoint;
 using NearestPoint = BallotNearestPoint;
 
 struct PointQuery {
-  float limit = 0;  // triangles farther away are not looked for; 0: no limit; of arrays on the device, of each point
+  /// Triangles farther away are not looked for: one above 0 for all, or of each point. Arrays on the device have their
+  /// own.
+  Column limit = {};           // no limit
   bool assume_closed = false;  // go on with a mesh that `sign` refuses; answers near its faults are then arbitrary
   std::string numeric = "watertight";  // or "exact": decided as by exact arithmetic
   Sign sign = Sign::Parity;

@@ -11,36 +11,7 @@
 namespace ballot::api {
 namespace {
 
-constexpr std::size_t kPointChunk = 1 << 13;  // points that a thread takes at a time
-constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 using PointClock = std::chrono::steady_clock;
-
-/// The points of a call. Keeps the caller's pointer.
-class PointArray {
- public:
-  explicit PointArray(const BallotPoints& points)
-      : data_(reinterpret_cast<const char*>(points.data)),
-        count_(points.count),
-        stride_(stride_of(points.stride, 3 * sizeof(float), points.count, "points: stride")),
-        limit_(points.limit == 0 ? kNoLimit : points.limit) {
-    if (count_ && !data_) refuse(fmt::format("points: data is NULL, but count is {}", count_));
-    if (!(limit_ > 0)) refuse(fmt::format("points: limit is {}; expected a distance above 0, or 0 for none", limit_));
-  }
-  std::size_t count() const { return count_; }
-  void read(std::uint64_t first, std::span<ProbePoint> room) const {
-    for_chunks(room.size(), kPointChunk, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const float* f = reinterpret_cast<const float*>(data_ + (std::size_t(first) + i) * stride_);
-        room[i] = {{f[0], f[1], f[2]}, limit_};
-      }
-    });
-  }
-
- private:
-  const char* data_;
-  std::size_t count_, stride_;
-  float limit_;
-};
 
 /// Returns whether a query asks for mode exact.
 bool is_exact(const char* numeric) {
@@ -122,7 +93,7 @@ class NearestArrays {
   void write(std::uint64_t first, std::span<const Nearest> answers) {
     if (any_) as_hits_.resize(answers.size());
     std::atomic<std::uint64_t> found{0};
-    for_chunks(answers.size(), kPointChunk, [&](std::size_t begin, std::size_t end) {
+    for_chunks(answers.size(), kChunk, [&](std::size_t begin, std::size_t end) {
       std::uint64_t some = 0;
       for (std::size_t i = begin; i < end; ++i) {
         const std::size_t place = std::size_t(first) + i;
@@ -266,7 +237,7 @@ BallotTimes count_crossings(SceneState& scene, const RayArray& rays, const Ballo
   const Watched watched(watch);
   std::atomic<std::uint64_t> hits{0};
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> all) {
-    for_chunks(all.size(), kPointChunk, [&](std::size_t from, std::size_t to) {
+    for_chunks(all.size(), kChunk, [&](std::size_t from, std::size_t to) {
       const std::span<const std::uint32_t> some = all.subspan(from, to - from);
       hits += std::uint64_t(some.size()) - std::uint64_t(std::ranges::count(some, 0u));
       if (!lists.counts) return;

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/api/arrays.h"
+#include "engine/api/sources.h"
 
 namespace ballot::api {
 

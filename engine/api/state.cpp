@@ -12,7 +12,6 @@ namespace {
 
 thread_local std::string thread_error, asked_error;
 thread_local const DeviceState* in_callback_of = nullptr;
-constexpr std::size_t kMostBytes = std::size_t{1} << 47;  // that a process can address
 
 /// A table that is never destroyed.
 template <class Table>

@@ -243,6 +243,8 @@ void need(const void* pointer, const char* call, const char* what);
 /// Throws Refused(BALLOT_ERROR_ARGUMENT).
 [[noreturn]] void refuse(const std::string& text);
 
+constexpr std::size_t kMostBytes = std::size_t{1} << 47;  // that a process can address
+
 /// Returns the bytes from one record of a caller's array to the next: `given`, or `record` if that is 0.
 /// Throws Refused, which begins with `where`, unless it is a multiple of 4 and no record overlaps the next, or if
 /// `count` records reach farther than any memory.

@@ -72,7 +72,7 @@ def main() -> None:
     headers = ("ballot_c.h", "ballot_c_points.h", "ballot_c_scenes.h")
     texts = [(api / name).read_text(encoding="utf-8") for name in headers]
     declared = set(re.findall(r"\b(ballot_\w+)\(", "".join(texts)))
-    declared -= {"ballot_init"}
+    declared -= {"ballot_init", "ballot_rays", "ballot_rays_of_six", "ballot_points"}  # in the headers themselves
     expect("functions of ballot_c.h that the library lacks", sorted(declared - set(names)), [])
 
     check_subdirectory(folder)

@@ -53,7 +53,8 @@ TEST_F(Api, EveryResultOfEveryMesh) {
 TEST_F(Api, RaysOfSixFloatsAndStrides) {
   const ballot::Scene scene(*device_, {grid_.mesh()});
   const float rows[3][7] = {{0.5f, 0.5f, 2, 0, 0, -1, 99}, {0.5f, 0.5f, 2, 0, 0, 1, 99}, {0.1f, 0.1f, 1, 0, 0, -2, 99}};
-  const ballot::RayView rays{.data = rows[0], .count = 3, .stride = sizeof rows[0], .bounded = false};
+  const ballot::Column::Strides apart{sizeof rows[0]};
+  const ballot::RayView rays{.origins = {rows[0], apart}, .directions = {rows[0] + 3, apart}, .shape = {3}};
   float t[3];
   scene.trace(rays, {.t = t});
   EXPECT_EQ(t[0], 2);
@@ -134,9 +135,14 @@ TEST_F(Api, LargeArraysAreTracedWhereTheyLie) {
   scene.trace(rays, hits, {.method = "bvh4"});
   std::vector<float> apart(9 * kCount);
   for (std::size_t i = 0; i < kCount; ++i) std::memcpy(&apart[9 * i], &rays[i], sizeof rays[i]);
-  const std::size_t stride = 9 * sizeof(float);
-  scene.trace(ballot::RayView{.data = apart.data(), .count = kCount, .stride = stride}, {.hits = copied.data()},
-              {.method = "bvh4"});
+  const float* first = apart.data();
+  const ballot::Column::Strides stride{9 * sizeof(float)};
+  scene.trace({.origins = {first, stride},
+               .directions = {first + 4, stride},
+               .t_min = {first + 3, stride},
+               .t_max = {first + 7, stride},
+               .shape = {kCount}},
+              {.hits = copied.data()}, {.method = "bvh4"});
   EXPECT_EQ(std::memcmp(hits.data(), copied.data(), kCount * sizeof hits[0]), 0);
   std::vector<float> t(kCount);
   const ballot::Times times = scene.trace(rays, {.hits = copied.data(), .t = t.data()}, {.method = "bvh4"});
@@ -233,12 +239,12 @@ TEST_F(Api, WrongQueriesAndRays) {
   EXPECT_EQ(code_of([&] { ballot::Device("no such device"); }), Code::Argument);
   auto in = BALLOT_INIT(BallotRays);
   auto out = BALLOT_INIT(BallotHits);
-  in.count = 3;
+  in.shape[0] = 3;
   EXPECT_EQ(ballot_trace(scene.handle(), &in, &out, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
-  in.data = rays[0].origin;
-  in.stride = 30;
+  in = ballot_rays(rays.data(), 3);
+  in.direction.type = 2;
   EXPECT_EQ(ballot_trace(scene.handle(), &in, &out, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
-  EXPECT_NE(std::string(ballot_scene_error(scene.handle())).find("stride is 30"), std::string::npos);
+  EXPECT_NE(std::string(ballot_scene_error(scene.handle())).find("the type of direction is 2"), std::string::npos);
   BallotRays unset{};
   EXPECT_EQ(ballot_trace(scene.handle(), &unset, &out, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
   EXPECT_EQ(ballot_trace(nullptr, &in, &out, nullptr, nullptr), BALLOT_ERROR_CLOSED);
@@ -293,7 +299,7 @@ TEST_F(Api, OlderStructsAreTaken) {
   ASSERT_EQ(ballot_scene_create(device_->handle(), &mesh, 1, nullptr, nullptr, &scene), BALLOT_OK);
   const auto rays = rays_down(5);
   std::vector<ballot::Hit> hits(5);
-  const BallotRays in = ballot::detail::rays_of(ballot::detail::view_of(rays));
+  const BallotRays in = ballot_rays(rays.data(), rays.size());
   const BallotHits out = ballot::detail::hits_of({.hits = hits.data()});
   auto times = BALLOT_INIT(BallotTimes);
   times.size = offsetof(BallotTimes, device_ms);

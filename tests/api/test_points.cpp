@@ -61,18 +61,19 @@ TEST_F(Points, LimitsAndStrides) {
   const ballot::Scene scene(*device_, {left_.mesh()});
   const float points[] = {0, 0, 2, 99, 0, 0, 4, 99};
   float distances[2];
-  auto from = BALLOT_INIT(BallotPoints);
-  from.data = points, from.count = 2, from.stride = 16, from.limit = 1.5f;
+  auto from = ballot_points(points, 2);
+  float limit = 1.5f;
+  from.at.stride[0] = 16, from.limit.data = &limit;
   auto to = BALLOT_INIT(BallotNearest);
   to.distances = distances;
   ballot::check(ballot_query_points(scene.handle(), &from, &to, nullptr, nullptr));
   EXPECT_EQ(distances[0], 1);
   EXPECT_EQ(distances[1], kFar);
-  for (const float limit : {-1.f, float(NAN)}) {
-    from.limit = limit;
+  for (const float wrong : {-1.f, 0.f, float(NAN)}) {
+    limit = wrong;
     EXPECT_EQ(ballot_query_points(scene.handle(), &from, &to, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
   }
-  from.limit = 0, from.stride = 8;
+  from.limit.data = nullptr, from.at.data = nullptr;
   EXPECT_EQ(ballot_query_points(scene.handle(), &from, &to, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
   EXPECT_EQ(ballot_query_points(scene.handle(), nullptr, &to, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
   EXPECT_THROW(scene.nearest(std::span(points).first(4), {.distances = distances}), ballot::Error);
@@ -259,7 +260,7 @@ TEST_F(Points, Crossings) {
   EXPECT_EQ(two.counts, (std::vector<std::int64_t>{2, 1, 0, 0}));
   EXPECT_EQ(two.hits.size(), 3u);
   EXPECT_TRUE(scene.crossings(std::span<const ballot::Ray>()).hits.empty());
-  const BallotRays r = ballot::detail::rays_of(ballot::detail::view_of(rays));
+  const BallotRays r = ballot_rays(rays, 4);
   auto lists = BALLOT_INIT(BallotLists);
   lists.take = [](void*, std::uint64_t, std::size_t, const std::uint32_t*, const BallotHit*) { return 1; };
   EXPECT_EQ(ballot_list_crossings(scene.handle(), &r, &lists, nullptr), BALLOT_ERROR_INTERRUPTED);

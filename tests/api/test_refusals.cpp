@@ -26,7 +26,6 @@ class Refusals : public Api {
   Refusals() {
     places_.transforms = kPlace, places_.count = 1;
     out_.t = room_;
-    points_.data = grid_.positions.data(), points_.count = 4;
     nearest_.distances = room_;
   }
   BallotStatus create(const BallotMesh* meshes, std::size_t count) {
@@ -43,9 +42,9 @@ class Refusals : public Api {
   float room_[4] = {};
   const BallotMesh mesh_ = ballot::detail::mesh_of(grid_.mesh());
   BallotInstances places_ = BALLOT_INIT(BallotInstances);
-  const BallotRays in_ = ballot::detail::rays_of(ballot::detail::view_of(rays_));
+  const BallotRays in_ = ballot_rays(rays_.data(), rays_.size());
   BallotHits out_ = BALLOT_INIT(BallotHits);
-  BallotPoints points_ = BALLOT_INIT(BallotPoints);
+  const BallotPoints points_ = ballot_points(grid_.positions.data(), 4);
   BallotNearest nearest_ = BALLOT_INIT(BallotNearest);
   const BallotLists lists_ = BALLOT_INIT(BallotLists);
 };
@@ -65,15 +64,6 @@ TEST_F(Refusals, StridesOfEveryArray) {
     expect_refused(create_instances(&mesh_, 1, p), "transform_stride");
     expect_refused(ballot_scene_set_vertices(scene_.handle(), 0, mesh_.positions, mesh_.vertex_count, stride),
                    "0: stride is");
-    auto r = in_;
-    r.stride = stride;
-    expect_refused(ballot_trace(scene_.handle(), &r, &out_, nullptr, nullptr), "rays: stride is");
-    BallotJob* job = nullptr;
-    expect_refused(ballot_submit(scene_.handle(), &r, &out_, nullptr, &job), "rays: stride is");
-    expect_refused(ballot_list_crossings(scene_.handle(), &r, &lists_, nullptr), "rays: stride is");
-    auto q = points_;
-    q.stride = stride;
-    expect_refused(ballot_query_points(scene_.handle(), &q, &nearest_, nullptr, nullptr), "points: stride is");
   }
   const ballot::Scene placed(*device_, {grid_.mesh()}, {.transforms = kPlace});
   expect_refused(ballot_scene_set_transforms(placed.handle(), nullptr, kPlace, 1, 40), "transforms: stride is 40");
@@ -81,15 +71,44 @@ TEST_F(Refusals, StridesOfEveryArray) {
                  "transforms: stride is -12");
 }
 
+// Columns of rays and points may have any stride that memory has room for.
+TEST_F(Refusals, ColumnsThatReachTooFar) {
+  const auto refuses = [&](const auto& change, const char* part) {
+    auto r = in_;
+    change(r.direction);
+    const std::string rays = std::string("rays: the ") + part + " of direction ";
+    expect_refused(ballot_trace(scene_.handle(), &r, &out_, nullptr, nullptr), rays.c_str());
+    BallotJob* job = nullptr;
+    expect_refused(ballot_submit(scene_.handle(), &r, &out_, nullptr, &job), rays.c_str());
+    expect_refused(ballot_list_crossings(scene_.handle(), &r, &lists_, nullptr), rays.c_str());
+    auto p = points_;
+    change(p.at);
+    const std::string points = std::string("points: the ") + part + " of at ";
+    expect_refused(ballot_query_points(scene_.handle(), &p, &nearest_, nullptr, nullptr), points.c_str());
+  };
+  constexpr std::ptrdiff_t kLeast = std::numeric_limits<std::ptrdiff_t>::min();
+  for (const std::ptrdiff_t far : {kLeast, kLeast / 2, -(kLeast / 4), std::ptrdiff_t{1} << 46}) {
+    refuses([&](BallotColumn& c) { c.stride[0] = far; }, "stride");
+    refuses([&](BallotColumn& c) { c.gap = far; }, "stride");
+  }
+  refuses([](BallotColumn& c) { c.type = 2; }, "type");
+  refuses([](BallotColumn& c) { c.data = nullptr; }, "data");
+}
+
 // Counts that no memory has.
 TEST_F(Refusals, CountsOfEveryArray) {
   for (const std::size_t count : {std::size_t{1} << 62, ~std::size_t{0}}) {
     auto r = in_;
-    r.count = count;
-    expect_refused(ballot_trace(scene_.handle(), &r, &out_, nullptr, nullptr), "rays: stride is 32 bytes, and the");
+    r.shape[0] = count;
+    expect_refused(ballot_trace(scene_.handle(), &r, &out_, nullptr, nullptr), "rays: the shape has");
+    r.shape[0] = std::size_t{1} << 46;
+    expect_refused(ballot_trace(scene_.handle(), &r, &out_, nullptr, nullptr),
+                   "rays: the stride of origin is 32 bytes");
+    r = in_, r.shape[1] = count;
+    expect_refused(ballot_trace(scene_.handle(), &r, &out_, nullptr, nullptr), "rays: the shape has");
     auto q = points_;
-    q.count = count;
-    expect_refused(ballot_query_points(scene_.handle(), &q, &nearest_, nullptr, nullptr), "points: stride is 12 bytes");
+    q.shape[0] = count;
+    expect_refused(ballot_query_points(scene_.handle(), &q, &nearest_, nullptr, nullptr), "points: the shape has");
     auto m = mesh_;
     m.vertex_count = count;
     expect_refused(create(&m, 1), "mesh 0: position_stride is 12");
@@ -177,7 +196,7 @@ TEST_F(Refusals, CallsFromCallbacks) {
     ASSERT_EQ(ballot_scene_create(device_->handle(), nullptr, 0, nullptr, nullptr, &other), BALLOT_OK);
     Again again{&scene_, other, nullptr, {}};
     const auto progress = [](void* user, double) { return static_cast<Again*>(user)->call(); };
-    const BallotRays rays = ballot::detail::rays_of(ballot::detail::view_of(rays_));
+    const BallotRays rays = ballot_rays(rays_.data(), rays_.size());
     const BallotHits to = ballot::detail::hits_of({.hits = hits.data()});
     auto query = BALLOT_INIT(BallotQuery);
     auto lists = BALLOT_INIT(BallotLists);
@@ -198,8 +217,7 @@ TEST_F(Refusals, CallsFromCallbacks) {
       };
       EXPECT_EQ(ballot_list_crossings(scene_.handle(), &rays, &lists, nullptr), BALLOT_OK);
     } else if (kind == 3) {
-      auto points = BALLOT_INIT(BallotPoints);
-      points.data = point, points.count = 1;
+      const BallotPoints points = ballot_points(point, 1);
       auto nearest = BALLOT_INIT(BallotNearest);
       float distance = 0;
       nearest.distances = &distance;

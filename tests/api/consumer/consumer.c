@@ -17,7 +17,9 @@ int main(void) {
   BallotScene* scene = NULL;
   BallotHit hits[3];
   BallotMesh mesh = BALLOT_INIT(BallotMesh);
-  BallotRays in = BALLOT_INIT(BallotRays);
+  BallotRays in = ballot_rays(rays, 3);
+  const double up[3] = {0, 0, 4};
+  float t[3];
   BallotHits out = BALLOT_INIT(BallotHits);
   mesh.positions = vertices;
   mesh.vertex_count = 8;
@@ -27,13 +29,16 @@ int main(void) {
   if (ballot_device_open(NULL, &device)) return failed("opening the device", ballot_last_error());
   if (ballot_scene_create(device, &mesh, 1, NULL, NULL, &scene))
     return failed("making the scene", ballot_device_error(device));
-  in.data = rays[0].origin;
-  in.count = 3;
   out.hits = hits;
   if (ballot_trace(scene, &in, &out, NULL, NULL)) return failed("tracing", ballot_scene_error(scene));
   printf("ballot %s: t = %g, %g; misses: %d\n", ballot_version(), (double)hits[0].t, (double)hits[1].t,
          hits[2].prim == BALLOT_MISS);
   if (hits[0].t != 1 || hits[1].t != 0.5f || hits[2].prim != BALLOT_MISS) return failed("hits", "they are wrong");
+  in.direction.data = up, in.direction.stride[0] = 0, in.direction.type = BALLOT_FLOAT64; /* one for all, in double */
+  out.hits = NULL;
+  out.t = t;
+  if (ballot_trace(scene, &in, &out, NULL, NULL)) return failed("tracing columns", ballot_scene_error(scene));
+  if (t[0] != 0.25f || t[1] != 0.25f || t[2] < 1e30f) return failed("hits of columns", "they are wrong");
   mesh.index_count = 35;
   if (ballot_scene_create(device, &mesh, 1, NULL, NULL, &scene) != BALLOT_ERROR_ARGUMENT)
     return failed("35 indices", "taken");

@@ -1,6 +1,7 @@
 // A program of somebody else in C++: a square, nearest and any hits, a trace in the background, moved vertices.
 #include <ballot/ballot.h>
 
+#include <cmath>
 #include <cstdio>
 
 int main() {
@@ -20,6 +21,12 @@ int main() {
       const bool inside = rays[i].origin[0] >= -1 && rays[i].origin[0] <= 1;
       if ((hits[i].prim != ballot::kMiss) != inside || blocked[i] != inside || (ids[i] == 7) != inside) return 1;
     }
+    std::vector<double> down;
+    for (int i = 0; i < 100; ++i) down.insert(down.end(), {i / 50.0 - 1.5, 0.1, -1});
+    std::vector<float> t(100);
+    scene.trace({.origins = {0, 0, 1}, .directions = down, .t_max = 2}, {.t = t.data()});
+    for (std::size_t i = 0; i < t.size(); ++i)
+      if ((t[i] == 1) != (std::abs(down[3 * i]) <= 1)) return 7;
     std::vector<float> moved = square;
     for (std::size_t i = 2; i < moved.size(); i += 3) moved[i] = 1;
     scene.set_vertices(0, moved), scene.commit();

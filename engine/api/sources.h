@@ -1,0 +1,99 @@
+// Reads the questions of a call, rays and points, from the caller's memory, by all cores.
+#pragma once
+
+#include <array>
+#include <initializer_list>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "engine/api/row_order.h"
+#include "engine/api/state.h"
+#include "engine/core/parallel.h"
+#include "shaders/shared/layout.h"
+#include "shaders/shared/query.h"
+
+namespace ballot::api {
+
+constexpr std::size_t kChunk = 1 << 13;  // questions that a thread takes at a time
+
+/// Records of kFloats floats, one for each question, gathered from columns. Keeps the caller's pointers, but not those
+/// to numbers that stand for all questions: they are read at once.
+template <std::size_t kFloats>
+class Columns {
+ public:
+  using Record = std::array<float, kFloats>;
+  struct Given {
+    const char* name;
+    const BallotColumn& column;
+    std::size_t numbers, at;  // 3 or 1, and where they stand in the record
+    bool needed = false;
+  };
+
+  /// `what` the questions are: "rays". What no column gives is as in `defaults`; a last number above `most` becomes
+  /// `most`. Throws Refused if the description is wrong.
+  Columns(const char* what, const std::size_t (&shape)[BALLOT_AXES], const Record& defaults, float most,
+          std::initializer_list<Given> given);
+
+  std::size_t count() const { return count_; }
+  /// The record, as far as it is the same for all.
+  const Record& common() const { return common_; }
+  /// Writes the records of `n` questions, from number `place` on.
+  void read(std::size_t place, std::size_t n, Record* to) const;
+  /// Returns where the records of all questions lie in the caller's memory, one behind the other; null if they do not.
+  const Record* packed() const;
+
+ private:
+  struct Part {
+    const char* data;
+    std::array<std::ptrdiff_t, BALLOT_AXES> stride;
+    std::ptrdiff_t step;  // from one number to the next
+    bool is_double;
+    std::size_t numbers, at;
+    const char* of(const std::array<std::size_t, BALLOT_AXES>& index, std::size_t axes) const;
+  };
+
+  void add(const char* what, const Given& given);
+  void join_axes();
+  bool holds_records() const;
+
+  std::size_t count_ = 1, axes_ = 0;
+  std::array<std::size_t, BALLOT_AXES> shape_{};  // the last axis is the fastest
+  std::vector<Part> parts_;                       // that differ from question to question
+  bool whole_ = false;                            // the parts are records as they are wanted
+  Record common_;
+  float most_;
+};
+
+/// The rays of a call.
+class RayArray {
+ public:
+  /// Throws Refused if the description is wrong.
+  explicit RayArray(const BallotRays& rays);
+  std::size_t count() const { return columns_.count(); }
+  /// Fills `rays` from number `first` of the array on. An infinite t_max becomes the largest float, which is no bound
+  /// either.
+  void read(std::size_t first, std::span<Ray> rays) const { read(RowOrder(), first, rays); }
+  /// The same for the rays in an order.
+  void read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const;
+  /// Returns the rays [first, first + count) where they lie, if they are records that read() would copy as they are;
+  /// null if not.
+  const Ray* in_place(std::size_t first, std::size_t count) const;
+
+ private:
+  Columns<8> columns_;
+};
+
+/// The points of a call.
+class PointArray {
+ public:
+  /// Throws Refused if the description is wrong.
+  explicit PointArray(const BallotPoints& points);
+  std::size_t count() const { return columns_.count(); }
+  void read(std::uint64_t first, std::span<ProbePoint> points) const;
+
+ private:
+  Columns<4> columns_;
+};
+
+}  // namespace ballot::api
