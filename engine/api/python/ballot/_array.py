@@ -75,7 +75,7 @@ class Array(Closable):
         numbers have no limit."""
         width = _WIDTHS[self._record]
         if self._record == "rays":
-            array = _arrays.rays(records, name="records")
+            array = _arrays.as_rows(records)
         elif self._record == "hits" and getattr(records, "dtype", None) == HIT:
             array = records.view(np.float32).reshape(-1, 4)
         elif self._record == "points":
@@ -97,7 +97,7 @@ class Array(Closable):
             count = len(out) if out is not None else self._count - begin
         number = _query.integer(count, "count", 0, self._count - begin)
         dtype, shape = (HIT, (number,)) if self._record == "hits" else (self.dtype, (number, *self.shape[1:]))
-        array = _arrays.out_array(out, shape, dtype, np.empty(0, np.float32))
+        array = _arrays.out_array(out, shape, dtype)
         width = _WIDTHS[self._record]
         self._handle.read(_arrays.flat(array).view(np.float32).reshape(number, width), begin)
         return array

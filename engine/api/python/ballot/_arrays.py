@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from . import _ballot, _query
+from . import _ballot
 
 RAY = np.dtype([("origin", "<f4", 3), ("t_min", "<f4"), ("dir", "<f4", 3), ("t_max", "<f4")])
 HIT = np.dtype([("t", "<f4"), ("prim", "<u4"), ("u", "<f4"), ("v", "<f4")])
 MISS = 0xFFFFFFFF
 
-_FLOATS = (np.dtype(np.float32), np.dtype(np.float64))
+FLOATS = (np.dtype(np.float32), np.dtype(np.float64))
 _DEVICES = {2: "CUDA", 3: "CUDA, pinned", 7: "Vulkan", 8: "Metal", 10: "ROCm", 13: "CUDA, managed", 14: "oneAPI"}
 
 
@@ -79,14 +79,24 @@ def as_numpy(given: Any, name: str) -> np.ndarray:
     return array
 
 
-def floats(given: Any, name: str, widths: tuple[int, ...]) -> np.ndarray:
-    """Returns an array of float32 whose last axis is one of `widths` long. Copies float64 alone."""
+def numbers(given: Any, name: str, widths: tuple[int, ...]) -> np.ndarray:
+    """Returns an array of float32 or float64 whose last axis is one of `widths` long. Copies other orders of bytes
+    alone."""
     array = as_numpy(given, name)
-    if array.dtype.newbyteorder("=") not in _FLOATS:
-        raise TypeError(f"{name}: dtype is {array.dtype}; expected float32 (float64 is converted)")
+    if array.dtype not in FLOATS:
+        native = array.dtype.newbyteorder("=")
+        if native not in FLOATS:
+            raise TypeError(f"{name}: dtype is {array.dtype}; expected float32 (float64 is converted)")
+        array = array.astype(native)
     if array.ndim == 0 or array.shape[-1] not in widths:
         expected = " or ".join(f"(..., {w})" for w in widths)
         raise ValueError(f"{name}: shape is {array.shape}; expected {expected}")
+    return array
+
+
+def floats(given: Any, name: str, widths: tuple[int, ...]) -> np.ndarray:
+    """Returns such an array of float32. Copies float64."""
+    array = numbers(given, name, widths)
     with np.errstate(over="ignore"):  # infinity, which is refused where it matters
         return array.astype(np.float32, copy=False)
 
@@ -108,49 +118,11 @@ def rows(array: np.ndarray) -> np.ndarray:
     return contiguous(flat)
 
 
-def rays(given: Any, t: Any = None, name: str = "rays") -> np.ndarray:
-    """Returns rays as float32 of shape (..., 8) or (..., 6). `t` is the range (t_min, t_max) of rays of six numbers."""
+def as_rows(given: Any) -> Any:
+    """Returns rays of dtype RAY as rows of 8 numbers, and others as they are."""
     if isinstance(given, (np.ndarray, np.void)) and given.dtype == RAY:
-        given = np.asarray(given)[..., np.newaxis].view(np.float32)
-    array = floats(given, name, (8, 6))
-    if t is None:
-        return array
-    if array.shape[-1] == 8:
-        raise ValueError(f"{name}: shape is {array.shape}; t is for rays of 6 numbers: those of 8 have their own")
-    try:
-        t_min, t_max = t
-    except (TypeError, ValueError):
-        raise ValueError(f"t: found {_query.shown(t)}; expected (t_min, t_max)") from None
-    full = np.empty((*array.shape[:-1], 8), np.float32)
-    full[..., 0:3] = array[..., 0:3]
-    full[..., 4:7] = array[..., 3:6]
-    low, high = _bound(t_min, "t: t_min", 0), _bound(t_max, "t: t_max", np.inf)
-    if low.ndim == 0 and not np.isfinite(low):
-        raise ValueError(f"t: t_min is {low}; expected a finite number, or None for 0")
-    if high.ndim == 0 and np.isnan(high):
-        raise ValueError(f"t: t_max is {high}; expected a number, or None for no end")
-    if low.ndim == 0 and high.ndim == 0 and low > high:
-        raise ValueError(f"t is ({low}, {high}); expected a t_min that is not above t_max")
-    try:
-        full[..., 3], full[..., 7] = low, high
-    except ValueError:
-        raise ValueError(
-            f"t: shapes {low.shape} and {high.shape}; expected numbers, or arrays of {full.shape[:-1]}"
-        ) from None
-    return full
-
-
-def _bound(given: Any, name: str, none: float) -> np.ndarray:
-    """Returns one end of a range as float32, of a number for all rays or an array of one for each. `none` stands for
-    None. A finite number stays finite."""
-    given = none if given is None else given
-    array = np.asarray(_query.number(given, name)) if isinstance(given, (int, float, str)) else as_numpy(given, name)
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name}: found {_query.shown(given)}; expected a number, an array of numbers, or None")
-    with np.errstate(over="ignore"):
-        rounded = array.astype(np.float32)
-    most = np.finfo(np.float32).max
-    return np.where(np.isinf(rounded) & np.isfinite(array), np.copysign(most, array), rounded).astype(np.float32)
+        return np.asarray(given)[..., np.newaxis].view(np.float32)
+    return given
 
 
 def _offered(out: Any, name: str) -> np.ndarray:
@@ -191,8 +163,11 @@ def empty(shape: tuple[int, ...], dtype: Any) -> np.ndarray:
     return array.reshape(shape)
 
 
-def out_array(out: Any, shape: tuple[int, ...], dtype: np.dtype, source: np.ndarray, name: str = "out") -> np.ndarray:
-    """Returns the array that results of this shape and dtype go to: a new one, or `out` once it has been checked."""
+def out_array(
+    out: Any, shape: tuple[int, ...], dtype: np.dtype, sources: Sequence[np.ndarray | None] = (), name: str = "out"
+) -> np.ndarray:
+    """Returns the array that results of this shape and dtype go to: a new one, or `out` once it has been checked. It
+    must not overlap the sources."""
     if out is None:
         return empty(shape, dtype)
     array = _writable(out, name)
@@ -205,24 +180,24 @@ def out_array(out: Any, shape: tuple[int, ...], dtype: np.dtype, source: np.ndar
         raise TypeError(f"{name}: dtype is {array.dtype}; expected {_text(dtype)}{also}")
     if array.shape != shape:
         raise ValueError(f"{name}: shape is {array.shape}; expected {shape}, that of the rays")
-    if np.may_share_memory(array, source):
+    if any(source is not None and np.may_share_memory(array, source) for source in sources):
         raise ValueError(f"{name}: it overlaps the rays; expected memory of its own")
     return array
 
 
 def columns(
-    names: Any, known: dict[str, tuple[Any, tuple[int, ...]]], source: np.ndarray, out: Any
+    names: Any, known: dict[str, tuple[Any, tuple[int, ...]]], shape: tuple[int, ...],
+    sources: Sequence[np.ndarray | None], out: Any,
 ) -> dict[str, np.ndarray]:
     """Returns an array for each column that is asked for: a new one, or that of `out`. `known` has the dtype and the
-    shape of an entry by name; `source` the queries."""
+    shape of an entry by name; `shape` is that of the questions, which lie in `sources`."""
     given = dict(out or {})
     arrays = {}
     for name in names:
         if name not in known:
             raise ValueError(f"columns: found {name!r}; expected some of {', '.join(known)}")
         dtype, entry = known[name]
-        shape = (*source.shape[:-1], *entry)
-        arrays[name] = out_array(given.pop(name, None), shape, np.dtype(dtype), source, f"out[{name!r}]")
+        arrays[name] = out_array(given.pop(name, None), (*shape, *entry), np.dtype(dtype), sources, f"out[{name!r}]")
     if given:
         raise ValueError(f"out: it has {next(iter(given))!r}, which is not among the columns")
     return arrays

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _arrays, _query
+from . import _arrays, _query, _sources
 from ._array import Array
 from ._arrays import HIT
 from ._closable import Closable
@@ -26,7 +26,6 @@ _COLUMNS = {  # name: (dtype, shape of one point's entry)
     "inside": (np.bool_, ()),
     "signed_distances": (np.float32, ()),
 }
-_MOST = float(np.finfo(np.float32).max)  # a limit beyond it is none
 _NAMES = {"points": "nearest"}  # as the extension has them
 _SIGNS = {"parity": 0, "pseudonormal": 1}
 _CULLS = {"none": 0, "back": 1, "front": 2}
@@ -72,7 +71,7 @@ class Queries(Closable):
         points: Any,
         columns: Sequence[str] = ("distances", "points", "prims", "uvs"),
         *,
-        limit: float | None = math.inf,
+        limit: Any = math.inf,
         assume_closed: bool = False,
         numeric: str = "watertight",
         sign: str = "parity",
@@ -82,7 +81,8 @@ class Queries(Closable):
     ) -> dict[str, np.ndarray]:
         """Finds the nearest point of the scene for each point. Returns a dict of arrays.
 
-        points   (..., 3) float32 or float64; one that is not finite is near nothing, and outside
+        points   (..., 3) float32 or float64, read in place at any strides; one that is not finite is near nothing, and
+                 outside
         columns  some of
                  "distances"         (...) float32: within 64 * 2^-24 (M + M') + 2^-85 R of the true one, M and M' being
                                      the largest distances of a vertex of the reported and of the nearest triangle,
@@ -96,7 +96,8 @@ class Queries(Closable):
                                      from the surface
                  "signed_distances"  (...) float32: negative inside
                  Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0.
-        limit    triangles farther away are not looked for; inf or None: there is no limit
+        limit    triangles farther away are not looked for: a number above 0, or an array that broadcasts to the points'
+                 shape, where a point of a negative or NaN limit is near nothing; inf or None: there is no limit
         assume_closed  go on with a mesh that `sign` refuses; answers near its faults are then arbitrary
         numeric  "watertight", or "exact": the nearest triangle, and what is inside, are those of exact arithmetic; the
                  host decides what the device leaves open
@@ -112,16 +113,11 @@ class Queries(Closable):
         >>> scene.nearest([[0.25, 0.25, 2]])["distances"].tolist()
         [2.0]
         """
-        source = _arrays.floats(points, "points", (3,))
-        bound = math.inf if limit is None else _query.number(limit, "limit")
-        bound = bound if bound <= _MOST else math.inf
-        if not np.float32(bound) > 0:
-            raise ValueError(f"limit is {limit}; expected a distance above 0, or None")
-        arrays = _arrays.columns(columns, _COLUMNS, source, out)
+        source = _sources.points(points, limit)
+        arrays = _arrays.columns(columns, _COLUMNS, source.shape, source[1:], out)
         given = {_NAMES.get(name, name): _arrays.flat(array) for name, array in arrays.items()}
-        rows = _arrays.rows(source)
         spent = self._handle.query_points(
-            rows, bound, bool(assume_closed), _query.progress_function(progress), _query.text(numeric, "numeric"),
+            source, bool(assume_closed), _query.progress_function(progress), _query.text(numeric, "numeric"),
             _one_of(_SIGNS, sign, "sign"), **given,
         )
         if times is not None:
@@ -160,11 +156,11 @@ class Queries(Closable):
         return Times(*spent)
 
     def count_crossings(
-        self, rays: Any, *, numeric: str = "watertight", cull: str = "none", ray_masks: Any = None,
-        alpha: bool = False, t: Any = None, times: list[Times] | None = None,
-        progress: Progress | None = None,
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None,
+        numeric: str = "watertight", cull: str = "none", ray_masks: Any = None, alpha: bool = False,
+        times: list[Times] | None = None, progress: Progress | None = None,
     ) -> np.ndarray:
-        """Returns how many triangles each ray crosses: int64 of shape (...). Rays and t as trace().
+        """Returns how many triangles each ray crosses: int64 of shape (...). Rays, origins, directions and t as trace().
 
         A ray through an edge or a vertex of a closed surface crosses it there once, or twice or not at all where it
         touches the surface from one side.
@@ -183,20 +179,20 @@ class Queries(Closable):
         >>> scene.count_crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]]).tolist()
         [1, 0]
         """
-        source = _arrays.rays(rays, t)
-        filters = _filters(source.shape[:-1], numeric, cull, ray_masks, alpha)
-        counts = _arrays.empty(source.shape[:-1], np.int64)
+        source = _sources.rays(rays, t, origins, directions)
+        filters = _filters(source.shape, numeric, cull, ray_masks, alpha)
+        counts = _arrays.empty(source.shape, np.int64)
         _, spent = self._handle.list_crossings(
-            _arrays.rows(source), 0, False, _query.progress_function(progress), counts=counts.reshape(-1), **filters
+            source, 0, False, _query.progress_function(progress), counts=counts.reshape(-1), **filters
         )
         if times is not None:
             times.append(Times(*spent))
         return counts
 
     def crossings(
-        self, rays: Any, *, first: int | None = None, numeric: str = "watertight", cull: str = "none",
-        ray_masks: Any = None, alpha: bool = False, t: Any = None,
-        times: list[Times] | None = None, progress: Progress | None = None,
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None,
+        first: int | None = None, numeric: str = "watertight", cull: str = "none", ray_masks: Any = None,
+        alpha: bool = False, times: list[Times] | None = None, progress: Progress | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Finds all triangles that each ray crosses. Returns (counts, hits): how many crossings each ray has, int64 of
         shape (...), and those of all rays one after the other, ballot.HIT of shape (sum of counts,), each ray's in the
@@ -211,14 +207,14 @@ class Queries(Closable):
         ([1, 0], [2.0])
         """
         most = 0 if first is None else _query.integer(first, "first", 0, 2**32 - 2)
-        source = _arrays.rays(rays, t)
+        source = _sources.rays(rays, t, origins, directions)
         if first == 0:
-            return np.zeros(source.shape[:-1], np.int64), np.empty(0, HIT)
-        filters = _filters(source.shape[:-1], numeric, cull, ray_masks, alpha)
-        counts = _arrays.empty(source.shape[:-1], np.int64)
+            return np.zeros(source.shape, np.int64), np.empty(0, HIT)
+        filters = _filters(source.shape, numeric, cull, ray_masks, alpha)
+        counts = _arrays.empty(source.shape, np.int64)
         hits: np.ndarray
         hits, spent = self._handle.list_crossings(
-            _arrays.rows(source), most, True, _query.progress_function(progress), counts=counts.reshape(-1), **filters
+            source, most, True, _query.progress_function(progress), counts=counts.reshape(-1), **filters
         )
         if times is not None:
             times.append(Times(*spent))

@@ -271,14 +271,14 @@ class RaycastingScene:
 
 
 def _rays(given: Any) -> np.ndarray:
-    rays = _arrays.floats(given, "rays", (6,))
+    rays = _arrays.numbers(given, "rays", (6,))
     if rays.ndim < 2:
         raise ValueError(f"rays: shape is {rays.shape}; expected (..., 6) with at least two axes")
     return rays
 
 
 def _points(given: Any) -> np.ndarray:
-    points = _arrays.floats(given, "query_points", (3,))
+    points = _arrays.numbers(given, "query_points", (3,))
     if points.ndim < 2:
         raise ValueError(f"query_points: shape is {points.shape}; expected (..., 3) with at least two axes")
     return points

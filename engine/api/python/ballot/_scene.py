@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _arrays, _ballot, _mesh, _pickles, _query, _scene_arguments
+from . import _arrays, _ballot, _mesh, _pickles, _query, _scene_arguments, _sources
 from ._array import Array
 from ._arrays import HIT
 from ._device import Device, device_or_default
@@ -168,8 +168,10 @@ class Scene(Edits, Queries):
 
     def trace(
         self,
-        rays: Any,
+        rays: Any = None,
         *,
+        origins: Any = None,
+        directions: Any = None,
         t: Any = None,
         out: Any = None,
         any: bool = False,
@@ -182,12 +184,15 @@ class Scene(Edits, Queries):
     ) -> np.ndarray:
         """Traces rays and returns their hits.
 
-        rays       (..., 8) float32: origin x y z, t_min, direction x y z, t_max; or (..., 6): origin, direction, with t
-                   from 0 without a bound; or an array of dtype RAY. NumPy, DLPack on the CPU, or nested lists. float32
-                   whose last axis is contiguous is read in place. Neighbours share a subgroup: order rays for
-                   coherence.
-        t          (t_min, t_max) for rays of 6 numbers: numbers, or arrays of the rays' shape; None: 0, and no end. A
-                   number that is NaN, or a t_min above t_max, is an error; in arrays it is a dead ray
+        rays       (..., 8): origin x y z, t_min, direction x y z, t_max; or (..., 6): origin, direction, with t from 0
+                   without a bound; or an array of dtype RAY. NumPy, DLPack on the CPU, or nested lists. float32 and
+                   float64 are read in place, at any strides; float64 is rounded. Neighbours share a subgroup: order
+                   rays for coherence
+        origins, directions  instead of rays: (..., 3) each. Their other axes broadcast as NumPy's do: one origin for
+                   all directions, one direction for all origins, each with each
+        t          (t_min, t_max) for all but rays of 8 numbers: numbers, or arrays that broadcast to the rays' shape;
+                   None: 0, and no end. A number that is NaN, or a t_min above t_max, is an error; in arrays it is a
+                   dead ray
         out        where hits go: an array of dtype HIT and the rays' shape, or float32 of shape (..., 4)
         any        True: some hit, for visibility; False: the nearest
         method     a traversal method, such as "packet" (`ballot methods` and the README list them); "auto" takes the
@@ -209,20 +214,22 @@ class Scene(Edits, Queries):
         half-written, perhaps for some time yet.
         Raises TypeError and ValueError for wrong arguments, before anything is written.
         """
-        source = _arrays.rays(rays, t)
+        source = _sources.rays(rays, t, origins, directions)
         asked = _query.query(any, method, numeric, knobs, ray_class)
-        hits = _arrays.out_array(out, source.shape[:-1], HIT, source)
+        hits = _arrays.out_array(out, source.shape, HIT, source[1:])
         results = _ballot.Results(hits=_arrays.flat(hits))
-        spent = self._handle.trace(_arrays.rows(source), results, asked, _query.progress_function(progress))
+        spent = self._handle.trace(source, results, asked, _query.progress_function(progress))
         if times is not None:
             times.append(Times(*spent))
         return hits
 
     def trace_columns(
         self,
-        rays: Any,
+        rays: Any = None,
         columns: Sequence[str] = ("t", "prims", "mesh_ids", "uvs", "normals"),
         *,
+        origins: Any = None,
+        directions: Any = None,
         t: Any = None,
         out: Mapping[str, Any] | None = None,
         any: bool = False,
@@ -244,16 +251,16 @@ class Scene(Edits, Queries):
                  "instances" (...) uint32: number of the instance; on a miss MISS
         out      arrays for some of the columns, by name
         """
-        source = _arrays.rays(rays, t)
+        source = _sources.rays(rays, t, origins, directions)
         asked = _query.query(any, method, numeric, knobs, ray_class)
-        arrays = _arrays.columns(columns, _COLUMNS, source, out)
+        arrays = _arrays.columns(columns, _COLUMNS, source.shape, source[1:], out)
         results = _ballot.Results(**{name: _arrays.flat(array) for name, array in arrays.items()})
-        spent = self._handle.trace(_arrays.rows(source), results, asked, _query.progress_function(progress))
+        spent = self._handle.trace(source, results, asked, _query.progress_function(progress))
         if times is not None:
             times.append(Times(*spent))
         return arrays
 
-    def occluded(self, rays: Any, *, t: Any = None, out: Any = None, **query: Any) -> np.ndarray:
+    def occluded(self, rays: Any = None, *, out: Any = None, **query: Any) -> np.ndarray:
         """Returns True for each ray that hits something between its t_min and t_max: bool of shape (...).
 
         Arguments as trace(); `out` is bool or uint8. A query for some hit is often several times as fast as one for the
@@ -261,12 +268,14 @@ class Scene(Edits, Queries):
         """
         query.setdefault("any", True)
         given = None if out is None else {"occluded": out}
-        return self.trace_columns(rays, ("occluded",), t=t, out=given, **query)["occluded"]
+        return self.trace_columns(rays, ("occluded",), out=given, **query)["occluded"]
 
     def submit(
         self,
-        rays: Any,
+        rays: Any = None,
         *,
+        origins: Any = None,
+        directions: Any = None,
         t: Any = None,
         out: Any = None,
         any: bool = False,
@@ -281,11 +290,11 @@ class Scene(Edits, Queries):
         `rays` and `out` must not change until the job has ended. Wrong names of methods and knobs raise ValueError in
         Job.wait().
         """
-        source = _arrays.rays(rays, t)
+        source = _sources.rays(rays, t, origins, directions)
         asked = _query.query(any, method, numeric, knobs, ray_class)
-        hits = _arrays.out_array(out, source.shape[:-1], HIT, source)
-        rows, numbers = _arrays.rows(source), _arrays.flat(hits)
-        job = self._handle.submit(rows, _ballot.Results(hits=numbers), asked, (rows, numbers))
+        hits = _arrays.out_array(out, source.shape, HIT, source[1:])
+        numbers = _arrays.flat(hits)
+        job = self._handle.submit(source, _ballot.Results(hits=numbers), asked, (source, numbers))
         return Job(job, hits)
 
     def trace_arrays(

@@ -64,12 +64,12 @@ class RayMeshIntersector:
     def intersects_first(self, ray_origins: Any, ray_directions: Any) -> np.ndarray:
         """Returns the index of the first triangle that each ray hits: (n,) int64; -1 on a miss."""
         made = self._now()
-        return _numbers(made.scene.trace(made.rays(*_rays(ray_origins, ray_directions)))["prim"])
+        return _numbers(made.scene.trace(**made.rays(*_rays(ray_origins, ray_directions)))["prim"])
 
     def intersects_any(self, ray_origins: Any, ray_directions: Any) -> np.ndarray:
         """Returns whether each ray hits anything: (n,) bool."""
         made = self._now()
-        return made.scene.occluded(made.rays(*_rays(ray_origins, ray_directions)))
+        return made.scene.occluded(**made.rays(*_rays(ray_origins, ray_directions)))
 
     def intersects_id(
         self,
@@ -91,12 +91,12 @@ class RayMeshIntersector:
         if not multiple_hits and max_hits != 0:
             max_hits = 1
         if max_hits == 1:
-            found = made.scene.trace(rays)
+            found = made.scene.trace(**rays)
             index_ray = np.nonzero(found["prim"] != _arrays.MISS)[0]
             found = found[index_ray]
         else:
-            counts, found = made.scene.crossings(rays, first=max_hits)
-            index_ray = np.repeat(np.arange(len(rays)), counts)
+            counts, found = made.scene.crossings(**rays, first=max_hits)
+            index_ray = np.repeat(np.arange(len(origins)), counts)
         index_tri = _numbers(found["prim"])
         if not return_locations:
             return index_tri, index_ray
@@ -122,9 +122,8 @@ class RayMeshIntersector:
             return made.scene.nearest(at - made.origin, ("inside",))["inside"]
         inside, open_ones = np.zeros(len(at), bool), np.arange(len(at))
         for line in ((0.44, 0.62, 0.65), (-0.71, 0.33, 0.62)):  # another one where both sides of the first disagree
-            toward = np.broadcast_to(line, (len(open_ones), 3))
-            rays = np.stack([made.rays(at[open_ones], toward), made.rays(at[open_ones], -toward)])
-            ahead, behind = made.scene.count_crossings(rays)
+            both = np.multiply.outer([1.0, -1.0], line)[:, np.newaxis]
+            ahead, behind = made.scene.count_crossings(**made.rays(at[open_ones], both))
             inside[open_ones] = (ahead % 2 == 1) & (behind % 2 == 1)
             open_ones = open_ones[(ahead % 2 != behind % 2) & (ahead > 0) & (behind > 0)]
         return inside
@@ -170,12 +169,12 @@ class _Made:
                 self._closed = False
         return self._closed
 
-    def rays(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Returns rays (n, 6) float32 for the scene, whose directions are at most 1 along each axis."""
+    def rays(self, origins: np.ndarray, directions: np.ndarray) -> dict[str, np.ndarray]:
+        """Returns origins and directions for the scene. The directions are at most 1 along each axis."""
         longest = np.abs(directions).max(axis=-1, keepdims=True)
         usable = (longest > 0) & np.isfinite(longest)
         unit = np.divide(directions, longest, out=np.zeros(directions.shape), where=usable)
-        return np.concatenate([origins - self.origin, unit], axis=-1).astype(np.float32)
+        return {"origins": origins - self.origin, "directions": unit}
 
     def points(self, hits: np.ndarray, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Returns where rays (n, 3) hit, (n, 3) float64: on the line in float64, or by the triangle's weights where the

@@ -1,11 +1,11 @@
 // Queries of points, and of all crossings of rays, in Python.
 #include "query.h"
+#include "sources.h"
 
 namespace ballot::python {
 
 namespace {
 
-using PointRows = nb::ndarray<const float, nb::ndim<2>, nb::device::cpu>;
 template <class T>
 using Out = std::optional<nb::ndarray<T, nb::ndim<1>, nb::c_contig, nb::device::cpu>>;
 
@@ -18,15 +18,14 @@ T* room(const Out<T>& array, std::size_t expected, const char* name) {
   return array->data();
 }
 
-TimesTuple query_points(const SceneObject& self, const PointRows& array, float limit, bool assume_closed,
+TimesTuple query_points(const SceneObject& self, const nb::tuple& source, bool assume_closed,
                         nb::object progress, const std::string& numeric, std::uint32_t sign,
                         const Out<float>& distances, const Out<float>& points, const Out<std::uint32_t>& prims,
                         const Out<std::uint32_t>& mesh_ids, const Out<float>& uvs, const Out<float>& normals,
                         const Out<float>& signed_distances, const Out<std::uint8_t>& inside) {
-  auto from = BALLOT_INIT(BallotPoints);
-  from.data = array.data(), from.count = array.shape(0), from.limit = limit;
-  from.stride = from.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
-  const std::size_t n = from.count;
+  const Source array(source);
+  const BallotPoints from = array.points();
+  const std::size_t n = array.count();
   auto to = BALLOT_INIT(BallotNearest);
   to.distances = room(distances, n, "distances");
   to.points = room(points, 3 * n, "points");
@@ -69,19 +68,18 @@ using Masks = std::optional<nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_
 using Counts = nb::ndarray<std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 /// Writes the counts and returns (numbers of the hits, times).
-Objects list_crossings(const SceneObject& self, const PointRows& array, std::uint32_t most, bool lists,
+Objects list_crossings(const SceneObject& self, const nb::tuple& source, std::uint32_t most, bool lists,
                        nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& ray_masks,
                        bool alpha, const Counts& counts) {
-  auto rays = BALLOT_INIT(BallotRays);
-  rays.data = array.data(), rays.count = array.shape(0);
-  rays.stride = rays.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
-  rays.format = array.shape(1) == 8 ? BALLOT_RAYS_FULL : BALLOT_RAYS_UNBOUNDED;
-  if (ray_masks && ray_masks->size() != rays.count)
+  const Source array(source);
+  const BallotRays rays = array.rays();
+  const std::size_t count = array.count();
+  if (ray_masks && ray_masks->size() != count)
     throw Error(Code::Argument, "ray_masks has " + std::to_string(ray_masks->size()) + " numbers; expected " +
-                                    std::to_string(rays.count));
-  if (counts.size() != rays.count)
+                                    std::to_string(count));
+  if (counts.size() != count)
     throw Error(Code::Argument,
-                "counts has " + std::to_string(counts.size()) + " numbers; expected " + std::to_string(rays.count));
+                "counts has " + std::to_string(counts.size()) + " numbers; expected " + std::to_string(count));
   Crossings all = watched(self.use(), std::move(progress), [=](const Scene& s, Watch& watch) {
     static_cast<void>(array);  // kept, as is what the other pointers lead to
     Crossings found;
@@ -109,10 +107,10 @@ Objects list_crossings(const SceneObject& self, const PointRows& array, std::uin
 
 void bind_points(nb::class_<SceneObject>& scene) {
   const auto none = [](const char* name) { return nb::arg(name).noconvert().none() = nb::none(); };
-  scene.def("query_points", &query_points, nb::arg("points").noconvert(), nb::arg("limit"), nb::arg("assume_closed"),
+  scene.def("query_points", &query_points, nb::arg("source"), nb::arg("assume_closed"),
             nb::arg("progress").none(), nb::arg("numeric"), nb::arg("sign"), none("distances"), none("nearest"),
             none("prims"), none("mesh_ids"), none("uvs"), none("normals"), none("signed_distances"), none("inside"));
-  scene.def("list_crossings", &list_crossings, nb::arg("rays").noconvert(), nb::arg("most"), nb::arg("lists"),
+  scene.def("list_crossings", &list_crossings, nb::arg("source"), nb::arg("most"), nb::arg("lists"),
             nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("ray_masks"),
             nb::arg("alpha") = false, nb::arg("counts").noconvert());
 }

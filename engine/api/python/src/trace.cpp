@@ -3,34 +3,21 @@
 #include <thread>
 
 #include "query.h"
+#include "sources.h"
 
 namespace ballot::python {
 
 namespace {
 
-using RayRows = nb::ndarray<const float, nb::ndim<2>, nb::device::cpu>;
 using Clock = std::chrono::steady_clock;
 
-/// Describes an array of rays: rows of 8 or 6 numbers side by side.
-BallotRays rays_of(const RayRows& array) {
-  if (array.shape(1) != 8 && array.shape(1) != 6)
-    throw Error(Code::Argument, "rays: rows of " + std::to_string(array.shape(1)) + " numbers; expected 8 or 6");
-  if (array.stride(1) != 1 || (array.shape(0) > 1 && array.stride(0) < std::int64_t(array.shape(1))))
-    throw Error(Code::Argument, "rays: the numbers of a row must lie side by side, and rows must not overlap");
-  auto rays = BALLOT_INIT(BallotRays);
-  rays.data = array.data();
-  rays.count = array.shape(0);
-  rays.stride = rays.count > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 0;
-  rays.format = array.shape(1) == 8 ? BALLOT_RAYS_FULL : BALLOT_RAYS_UNBOUNDED;
-  return rays;
-}
-
-TimesTuple trace(const SceneObject& self, const RayRows& array, const ResultArrays& results, const QueryObject& asked,
+TimesTuple trace(const SceneObject& self, const nb::tuple& source, const ResultArrays& results, const QueryObject& asked,
                  nb::object progress) {
-  const BallotRays rays = rays_of(array);
-  const BallotHits hits = detail::hits_of(results.results(rays.count));
+  const Source from(source);
+  const BallotRays rays = from.rays();
+  const BallotHits hits = detail::hits_of(results.results(from.count()));
   return watched(self.use(), std::move(progress),
-                 [=, query = asked.query, kept = std::pair(array, results)](const Scene& s, Watch& watch) mutable {
+                 [=, query = asked.query, kept = std::pair(from, results)](const Scene& s, Watch& watch) mutable {
                    query.progress = [&watch](double done) { return watch(done); };
                    const detail::QueryArgument argument(query);
                    auto times = BALLOT_INIT(BallotTimes);
@@ -44,10 +31,11 @@ struct JobObject : Kept<Job> {
   JobObject(std::shared_ptr<Job> job, nb::object arrays) : Kept("job", std::move(job), std::move(arrays)) {}
 };
 
-JobObject submit(const SceneObject& self, const RayRows& array, const ResultArrays& results, const QueryObject& asked,
+JobObject submit(const SceneObject& self, const nb::tuple& source, const ResultArrays& results, const QueryObject& asked,
                  nb::object arrays) {
-  const BallotRays rays = rays_of(array);
-  const BallotHits hits = detail::hits_of(results.results(rays.count));
+  const Source from(source);
+  const BallotRays rays = from.rays();
+  const BallotHits hits = detail::hits_of(results.results(from.count()));
   const detail::QueryArgument argument(asked.query);
   std::shared_ptr<Job> job = without_gil(self.use(), [&](const Scene& s) {
     BallotJob* submitted = nullptr;
@@ -91,9 +79,9 @@ void bind_traces(nb::module_& m, nb::class_<SceneObject>& scene) {
   nb::class_<JobObject>(m, "Job").def("wait", &wait).def("poll", [](const JobObject& self) {
     return without_gil(self.use(), [](const Job& job) { return job.poll(); });
   });
-  scene.def("trace", &trace, nb::arg("rays").noconvert(), nb::arg("results"), nb::arg("query"),
+  scene.def("trace", &trace, nb::arg("source"), nb::arg("results"), nb::arg("query"),
             nb::arg("progress").none());
-  scene.def("submit", &submit, nb::arg("rays").noconvert(), nb::arg("results"), nb::arg("query"), nb::arg("arrays"));
+  scene.def("submit", &submit, nb::arg("source"), nb::arg("results"), nb::arg("query"), nb::arg("arrays"));
 }
 
 }  // namespace ballot::python

@@ -195,11 +195,10 @@ class DlPack(unittest.TestCase):
         np.testing.assert_array_equal(out.view(ballot.HIT)[:, 0], self.hits)
 
     def test_rays_are_not_copied(self):
-        from ballot import _arrays
+        from ballot import _sources
 
         for given in (self.rays, Library(self.rays), self.rays[::2], self.rays.reshape(5, 10, 6)):
-            rows = _arrays.rows(_arrays.rays(given))
-            self.assertTrue(np.shares_memory(rows, self.rays), type(given))
+            self.assertTrue(np.shares_memory(_sources.rays(given).first, self.rays), type(given))
 
     def test_device_named_by_an_enumeration(self):
         class Kind(enum.Enum):

@@ -43,10 +43,9 @@ def bake(
 ) -> np.ndarray:
     """Returns the share of unblocked directions for each vertex, (n,) float64 from 0 to 1."""
     normals = vertex_normals(vertices, triangles)
-    rays = np.empty((len(vertices), samples, 6), np.float32)
-    rays[..., :3] = (vertices + 1e-3 * normals)[:, None]  # off the surface
-    rays[..., 3:] = cosine_directions(normals, samples)
-    return np.asarray(1 - scene.occluded(rays, t=(0, reach)).mean(axis=1))
+    above = (vertices + 1e-3 * normals)[:, None]  # off the surface, and one for all directions there
+    blocked = scene.occluded(origins=above, directions=cosine_directions(normals, samples), t=(0, reach))
+    return np.asarray(1 - blocked.mean(axis=1))
 
 
 if __name__ == "__main__":

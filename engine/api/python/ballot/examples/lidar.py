@@ -39,13 +39,11 @@ def scan(
     reach: float = 100.0,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns the points (n, 3) float32 that were hit from 0.1 to `reach` away, the ring and the triangle of each."""
-    rays = np.empty((rings, columns, 6), np.float32)
-    rays[..., :3] = position
-    rays[..., 3:] = directions(rings, columns)
-    hits = scene.trace(rays, t=(0.1, reach))  # neighbours in the array point alike: coherent
+    beams = directions(rings, columns)
+    hits = scene.trace(origins=position, directions=beams, t=(0.1, reach))  # neighbours point alike: coherent
     ring, column = np.nonzero(hits["prim"] != ballot.MISS)
     found = hits[ring, column]
-    return rays[ring, column, :3] + found["t"][:, None] * rays[ring, column, 3:], ring, found["prim"]
+    return np.float32(position) + found["t"][:, None] * beams[ring, column], ring, found["prim"]
 
 
 if __name__ == "__main__":

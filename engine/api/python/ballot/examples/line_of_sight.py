@@ -23,10 +23,8 @@ def visible(scene: ballot.Scene, eyes: Any, targets: Any, margin: float = 1e-4) 
     margin is the share of each line that is left out at both ends, so that points on surfaces do not hide themselves.
     """
     start, end = np.asarray(eyes, np.float32)[:, None], np.asarray(targets, np.float32)[None]
-    rays = np.empty((start.shape[0], end.shape[1], 6), np.float32)
-    rays[..., :3] = start
-    rays[..., 3:] = end - start  # so that t is 0 at the eye and 1 at the target
-    return ~scene.occluded(rays, t=(margin, 1 - margin))
+    # t is 0 at the eye and 1 at the target.
+    return ~scene.occluded(origins=start, directions=end - start, t=(margin, 1 - margin))
 
 
 if __name__ == "__main__":

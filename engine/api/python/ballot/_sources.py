@@ -1,0 +1,148 @@
+"""Rays and points as callers have them: arrays that the extension reads where they lie, at any stride."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import _arrays, _query
+
+_AXES = 8  # that the library walks
+_MOST = float(np.finfo(np.float32).max)
+
+
+class Source(NamedTuple):
+    """Questions, as the extension reads them: a shape, and arrays of float32 or float64 whose axes broadcast to it."""
+
+    shape: tuple[int, ...]
+    first: np.ndarray  # rays of 8 or 6 numbers, origins or points
+    directions: np.ndarray | None = None
+    low: np.ndarray | None = None  # t_min; None: 0
+    high: np.ndarray | None = None  # t_max, or limits of points; None: no end
+
+
+def rays(given: Any, t: Any = None, origins: Any = None, directions: Any = None) -> Source:
+    """Returns rays of 8 or 6 numbers, or of origins and directions. `t` is the range (t_min, t_max) of all but those of
+    8 numbers."""
+    if origins is None and directions is None:
+        first, other = _arrays.numbers(_arrays.as_rows(given), "rays", (8, 6)), None
+        shape = first.shape[:-1]
+        if t is not None and first.shape[-1] == 8:
+            raise ValueError(f"rays: shape is {first.shape}; t is for rays of 6 numbers: those of 8 have their own")
+    else:
+        first, other, shape = _pair(given, origins, directions)
+    if t is None:
+        source = Source(shape, first, other)
+    else:
+        source = Source(shape, first, other, *_range(t, shape))
+    return source if len(shape) <= _AXES else _flattened(source)
+
+
+def _pair(given: Any, origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
+    """Returns checked origins and directions, and the shape of their rays."""
+    if given is not None:
+        raise TypeError("rays: found beside origins and directions; expected the one or the others")
+    if origins is None or directions is None:
+        missing, there = ("origins", "directions") if origins is None else ("directions", "origins")
+        raise TypeError(f"{missing}: found None beside {there}; expected both of them, or rays")
+    o, d = _arrays.numbers(origins, "origins", (3,)), _arrays.numbers(directions, "directions", (3,))
+    if o.shape == d.shape:
+        return o, d, o.shape[:-1]
+    try:
+        return o, d, np.broadcast_shapes(o.shape[:-1], d.shape[:-1])
+    except ValueError:
+        raise ValueError(
+            f"origins and directions: shapes are {o.shape} and {d.shape}; expected axes before the last that are as "
+            "long, or 1"
+        ) from None
+
+
+def _range(t: Any, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Returns both ends of a range for rays of this shape."""
+    try:
+        t_min, t_max = t
+    except (TypeError, ValueError):
+        raise ValueError(f"t: found {_query.shown(t)}; expected (t_min, t_max)") from None
+    low, high = _bound(t_min, "t: t_min", 0), _bound(t_max, "t: t_max", np.inf)
+    if low.ndim == 0 and not np.isfinite(low):
+        raise ValueError(f"t: t_min is {low}; expected a finite number, or None for 0")
+    if high.ndim == 0 and np.isnan(high):
+        raise ValueError(f"t: t_max is {high}; expected a number, or None for no end")
+    if low.ndim == 0 and high.ndim == 0 and low > high:
+        raise ValueError(f"t is ({low}, {high}); expected a t_min that is not above t_max")
+    if low.ndim and low.dtype == np.float64 and np.fmin.reduce(low, axis=None, initial=0) < -_MOST:
+        low = np.where(np.isfinite(low), np.maximum(low, -_MOST), low)
+    ends = _fitted(low, shape), _fitted(high, shape)
+    if ends[0] is None or ends[1] is None:
+        raise ValueError(f"t: shapes {low.shape} and {high.shape}; expected numbers, or arrays of {shape}")
+    return ends[0], ends[1]
+
+
+def _bound(given: Any, name: str, none: float) -> np.ndarray:
+    """Returns one end of a range, of a number for all rays or an array of one for each. `none` stands for None. A
+    finite number stays finite as float32."""
+    given = none if given is None else given
+    if isinstance(given, (int, float, str)):
+        number = _query.number(given, name)
+        return np.array(number if math.isinf(number) else min(max(number, -_MOST), _MOST), np.float32)
+    array = _array(given, name)
+    if array.ndim and array.dtype in _arrays.FLOATS:
+        return array
+    with np.errstate(over="ignore"):
+        rounded = array.astype(np.float32)
+    return np.where(np.isinf(rounded) & np.isfinite(array), np.copysign(_MOST, array), rounded).astype(np.float32)
+
+
+def _array(given: Any, name: str) -> np.ndarray:
+    """Returns numbers in the order of bytes that the extension reads."""
+    array = _arrays.as_numpy(given, name)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: found {_query.shown(given)}; expected a number, an array of numbers, or None")
+    return array if array.dtype.isnative else array.astype(array.dtype.newbyteorder("="))
+
+
+def _fitted(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Returns an array that broadcasts to this shape, with no more axes; None if it does not."""
+    while array.ndim > len(shape) and array.shape[0] == 1:
+        array = array[0]
+    if array.ndim > len(shape) or any(n not in (1, m) for n, m in zip(array.shape[::-1], shape[::-1])):
+        return None
+    return array
+
+
+def points(given: Any, limit: Any) -> Source:
+    """Returns points with their limit: None, a number above 0 for all, or an array of one for each."""
+    first = _arrays.numbers(given, "points", (3,))
+    shape = first.shape[:-1]
+    source = Source(shape, first, high=_limit(limit, shape))
+    return source if len(shape) <= _AXES else _flattened(source)
+
+
+def _limit(given: Any, shape: tuple[int, ...]) -> np.ndarray | None:
+    if given is None:
+        return None
+    if not isinstance(given, (list, tuple)) and not getattr(given, "ndim", 0):
+        bound = _query.number(given, "limit")
+        if not np.float32(min(bound, _MOST)) > 0:
+            raise ValueError(f"limit is {given}; expected a distance above 0, or None")
+        return np.array(bound, np.float32) if bound <= _MOST else None
+    array = _array(given, "limit")
+    fitted = _fitted(array, shape)
+    if fitted is None:
+        raise ValueError(f"limit: shape is {array.shape}; expected a number, or an array of {shape}")
+    return fitted if fitted.dtype in _arrays.FLOATS else fitted.astype(np.float32)
+
+
+def _flattened(source: Source) -> Source:
+    """Returns questions of more axes than the library walks with arrays of one axis. Copies what has no single stride.
+    """
+    shape, count = source.shape, math.prod(source.shape)
+
+    def flat(array: np.ndarray | None, *width: int) -> np.ndarray | None:
+        return None if array is None else np.broadcast_to(array, (*shape, *width)).reshape(count, *width)
+
+    first = flat(source.first, source.first.shape[-1])
+    assert first is not None
+    return Source(shape, first, flat(source.directions, 3), flat(source.low), flat(source.high))
