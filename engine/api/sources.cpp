@@ -8,7 +8,9 @@ namespace ballot::api {
 
 namespace {
 
-constexpr std::size_t kBlock = 64;  // records that are gathered at a time
+// Records of which the parts are written one after the other. Memory that a device shares is slow where the writes to a
+// line of it lie far apart in time.
+constexpr std::size_t kBlock = 16;
 constexpr float kNoBound = std::numeric_limits<float>::max();
 constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 static_assert(sizeof(BallotRay) == sizeof(Ray) && sizeof(ProbePoint) == 4 * sizeof(float));
@@ -19,34 +21,45 @@ std::size_t span_of(std::ptrdiff_t stride, std::size_t steps) {
   return bytes && steps > kMostBytes / bytes ? kMostBytes : bytes * steps;
 }
 
-/// Copies `n` entries of kNumbers numbers, which are `step` bytes apart, to floats of records.
-template <class From, std::size_t kNumbers>
-void gather(const char* from, std::ptrdiff_t stride, std::ptrdiff_t step, std::size_t n, float* to,
-            std::size_t record) {
-  for (std::size_t k = 0; k < n; ++k, from += stride, to += record)
-    for (std::size_t i = 0; i < kNumbers; ++i) {
-      From number;
-      std::memcpy(&number, from + std::ptrdiff_t(i) * step, sizeof number);
-      to[i] = float(number);
-    }
+template <class From>
+float number_at(const char* from) {
+  From number;
+  std::memcpy(&number, from, sizeof number);
+  return float(number);
 }
 
-template <class From>
-void gather(std::size_t numbers, const char* from, std::ptrdiff_t stride, std::ptrdiff_t step, std::size_t n, float* to,
-            std::size_t record) {
-  if (numbers == 1)
-    gather<From, 1>(from, stride, 0, n, to, record);
-  else if (step == sizeof(From))
-    gather<From, 3>(from, stride, sizeof(From), n, to, record);
-  else
-    gather<From, 3>(from, stride, step, n, to, record);
+/// Where numbers of questions lie, and the bytes to those of the next question.
+struct Walk {
+  const char* from;
+  std::ptrdiff_t stride;
+};
+
+/// Gathers three numbers, which are `step` bytes apart, and one, at most `most`, to each of `n` records.
+template <class Three, class One>
+void gather(Walk three, std::ptrdiff_t step, Walk one, float most, std::size_t n, float* to, std::size_t record) {
+  for (std::size_t k = 0; k < n; ++k, three.from += three.stride, one.from += one.stride, to += record) {
+    const float x = number_at<Three>(three.from), y = number_at<Three>(three.from + step),
+                z = number_at<Three>(three.from + 2 * step), last = number_at<One>(one.from);
+    to[0] = x, to[1] = y, to[2] = z, to[3] = last > most ? most : last;
+  }
+}
+
+/// Copies records whose last number is at most `most`.
+template <class Record>
+void copy_records(Walk records, float most, std::span<Record> to) {
+  for (std::size_t k = 0; k < to.size(); ++k, records.from += records.stride) {
+    Record record;
+    std::memcpy(&record, records.from, sizeof record);
+    if (record.back() > most) record.back() = most;
+    std::memcpy(&to[k], &record, sizeof record);
+  }
 }
 
 }  // namespace
 
 template <std::size_t kFloats>
 Columns<kFloats>::Columns(const char* what, const std::size_t (&shape)[BALLOT_AXES], const Record& defaults, float most,
-                          std::initializer_list<Given> given)
+                          const std::array<Given, kFloats / 2>& given)
     : common_(defaults), most_(most) {
   for (; axes_ < BALLOT_AXES && (axes_ == 0 || shape[axes_]); ++axes_) {
     shape_[axes_] = shape[axes_];
@@ -55,28 +68,30 @@ Columns<kFloats>::Columns(const char* what, const std::size_t (&shape)[BALLOT_AX
                          what, shape[axes_]));
     count_ *= shape[axes_];
   }
-  for (const Given& one : given) add(what, one);
-  if (float& last = common_.back(); last > most_) last = most_;
+  for (std::size_t i = 0; i < parts_.size(); ++i) parts_[i] = part_of(what, given[i], i);
   join_axes();
   whole_ = holds_records();
 }
 
-/// Adds a column, or reads what is the same for all.
+/// Returns a column as it is read. Reads what is the same for all.
 template <std::size_t kFloats>
-void Columns<kFloats>::add(const char* what, const Given& given) {
+typename Columns<kFloats>::Part Columns<kFloats>::part_of(const char* what, const Given& given, std::size_t number) {
   const BallotColumn& c = given.column;
+  const Part common{nullptr, {}, sizeof(float), false};
   if (c.type != BALLOT_FLOAT32 && c.type != BALLOT_FLOAT64)
     refuse(
         fmt::format("{}: the type of {} is {}; expected BALLOT_FLOAT32 or BALLOT_FLOAT64", what, given.name, c.type));
-  if (count_ == 0) return;
+  if (count_ == 0) return common;
   if (!c.data && given.needed)
     refuse(fmt::format("{}: the data of {} are NULL, but there are {}", what, given.name, count_));
-  if (!c.data) return;
-  const std::size_t size = c.type == BALLOT_FLOAT64 ? sizeof(double) : sizeof(float);
+  if (!c.data) return common;
+  const bool is_double = c.type == BALLOT_FLOAT64;
+  Part part{static_cast<const char*>(c.data), {}, c.gap, is_double};
   bool varies = false;
   std::size_t reach = span_of(c.gap, 2);
   for (std::size_t a = 0; a < axes_; ++a) {
-    varies = varies || (c.stride[a] && shape_[a] > 1);
+    part.stride[a] = shape_[a] > 1 ? c.stride[a] : 0;
+    varies = varies || part.stride[a];
     reach += span_of(c.stride[a], shape_[a] - 1);
     if (reach >= kMostBytes)
       refuse(
@@ -84,19 +99,14 @@ void Columns<kFloats>::add(const char* what, const Given& given) {
                       "reaches that far: expected less than 2^47 bytes in all",
                       what, given.name, c.stride[a], shape_[a], c.gap));
   }
-  Part part{static_cast<const char*>(c.data),
-            {},
-            std::ptrdiff_t(size) + c.gap,
-            size == sizeof(double),
-            given.numbers,
-            given.at};
-  std::copy_n(c.stride, BALLOT_AXES, part.stride.begin());
-  if (varies)
-    parts_.push_back(part);
-  else if (part.is_double)
-    gather<double>(part.numbers, part.data, 0, part.step, 1, &common_[part.at], kFloats);
-  else
-    gather<float>(part.numbers, part.data, 0, part.step, 1, &common_[part.at], kFloats);
+  part.step += std::ptrdiff_t(is_double ? sizeof(double) : sizeof(float));
+  if (varies) return part;
+  const bool is_one = number % 2 == 1;
+  for (std::size_t i = 0; i < (is_one ? 1u : 3u); ++i) {
+    const char* from = part.data + std::ptrdiff_t(i) * part.step;
+    common_[number / 2 * 4 + (is_one ? 3 : i)] = is_double ? number_at<double>(from) : number_at<float>(from);
+  }
+  return common;
 }
 
 /// Drops axes of one entry, and joins those that every part walks as one.
@@ -119,15 +129,13 @@ void Columns<kFloats>::join_axes() {
 
 template <std::size_t kFloats>
 bool Columns<kFloats>::holds_records() const {
-  std::size_t floats = 0;
-  for (const Part& part : parts_) {
-    floats += part.numbers;
-    if (part.is_double || (part.numbers > 1 && part.step != sizeof(float)) ||
-        part.data != parts_[0].data + (part.at - parts_[0].at) * sizeof(float) ||
-        !std::equal(part.stride.begin(), part.stride.begin() + std::ptrdiff_t(axes_), parts_[0].stride.begin()))
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    const Part& part = parts_[i];
+    const bool is_there = part.data && part.data == parts_[0].data + (i / 2 * 4 + i % 2 * 3) * sizeof(float);
+    if (!is_there || part.is_double || (i % 2 == 0 && part.step != sizeof(float)) || part.stride != parts_[0].stride)
       return false;
   }
-  return floats == kFloats;
+  return true;
 }
 
 template <std::size_t kFloats>
@@ -138,20 +146,17 @@ const typename Columns<kFloats>::Record* Columns<kFloats>::packed() const {
 }
 
 template <std::size_t kFloats>
-const char* Columns<kFloats>::Part::of(const std::array<std::size_t, BALLOT_AXES>& index, std::size_t axes) const {
-  const char* entry = data;
-  for (std::size_t a = 0; a < axes; ++a) entry += std::ptrdiff_t(index[a]) * stride[a];
-  return entry;
+const char* Columns<kFloats>::entry(std::size_t part, const std::array<std::size_t, BALLOT_AXES>& index) const {
+  const char* from = parts_[part].data;
+  if (!from) return reinterpret_cast<const char*>(&common_[part / 2 * 4 + part % 2 * 3]);
+  for (std::size_t a = 0; a < axes_; ++a) from += std::ptrdiff_t(index[a]) * parts_[part].stride[a];
+  return from;
 }
 
 template <std::size_t kFloats>
 void Columns<kFloats>::read(std::size_t place, std::size_t n, Record* to) const {
-  if (parts_.empty()) {
-    for (std::size_t k = 0; k < n; ++k) std::memcpy(to + k, &common_, sizeof(Record));
-    return;
-  }
-  const std::size_t last = axes_ - 1;
-  std::array<Record, kBlock> block;
+  constexpr auto kInfinity = std::numeric_limits<float>::infinity();
+  const std::size_t last = axes_ ? axes_ - 1 : 0;
   std::array<std::size_t, BALLOT_AXES> index;
   for (std::size_t some = 0; n > 0; place += some, n -= some, to += some) {
     index[0] = place;
@@ -159,38 +164,30 @@ void Columns<kFloats>::read(std::size_t place, std::size_t n, Record* to) const 
       index[a] = rest % shape_[a];
       index[a - 1] = rest /= shape_[a];
     }
-    some = std::min({n, kBlock, shape_[last] - index[last]});
+    some = std::min({n, whole_ ? n : kBlock, axes_ ? shape_[last] - index[last] : n});
     if (whole_) {
-      const char* from = parts_[0].of(index, axes_);
-      for (std::size_t k = 0; k < some; ++k, from += parts_[0].stride[last]) {
-        Record record;
-        std::memcpy(&record, from, sizeof record);
-        if (record.back() > most_) record.back() = most_;
-        std::memcpy(to + k, &record, sizeof record);
-      }
+      copy_records({entry(0, index), parts_[0].stride[last]}, most_, std::span(to, some));
       continue;
     }
-    std::fill_n(block.begin(), some, common_);
-    for (const Part& part : parts_) {
-      const char* from = part.of(index, axes_);
-      float* first = &block[0][part.at];
-      if (part.is_double)
-        gather<double>(part.numbers, from, part.stride[last], part.step, some, first, kFloats);
-      else
-        gather<float>(part.numbers, from, part.stride[last], part.step, some, first, kFloats);
+    for (std::size_t part = 0; part < parts_.size(); part += 2) {
+      const Walk three{entry(part, index), parts_[part].stride[last]};
+      const Walk one{entry(part + 1, index), parts_[part + 1].stride[last]};
+      const float most = part + 2 == parts_.size() ? most_ : kInfinity;
+      const auto work = parts_[part].is_double
+                            ? parts_[part + 1].is_double ? gather<double, double> : gather<double, float>
+                        : parts_[part + 1].is_double ? gather<float, double>
+                                                     : gather<float, float>;
+      work(three, parts_[part].step, one, most, some, to->data() + 2 * part, kFloats);
     }
-    for (std::size_t k = 0; k < some; ++k)
-      if (block[k].back() > most_) block[k].back() = most_;
-    std::memcpy(to, block.data(), some * sizeof(Record));  // at once: `to` may be memory that is slow to write in parts
   }
 }
 
 RayArray::RayArray(const BallotRays& rays)
     : columns_("rays", rays.shape, {0, 0, 0, 0, 0, 0, 0, kNoBound}, kNoBound,
-               {{"origin", rays.origin, 3, 0, true},
-                {"t_min", rays.t_min, 1, 3},
-                {"direction", rays.direction, 3, 4, true},
-                {"t_max", rays.t_max, 1, 7}}) {}
+               {{{"origin", rays.origin, true},
+                 {"t_min", rays.t_min, false},
+                 {"direction", rays.direction, true},
+                 {"t_max", rays.t_max, false}}}) {}
 
 void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const {
   auto* records = reinterpret_cast<Columns<8>::Record*>(rays.data());
@@ -214,7 +211,7 @@ const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
 
 PointArray::PointArray(const BallotPoints& points)
     : columns_("points", points.shape, {0, 0, 0, kNoLimit}, kNoLimit,
-               {{"at", points.at, 3, 0, true}, {"limit", points.limit, 1, 3}}) {
+               {{{"at", points.at, true}, {"limit", points.limit, false}}}) {
   if (const float limit = columns_.common()[3]; !(limit > 0))
     refuse(fmt::format("points: limit is {}; expected a distance above 0, or none", limit));
 }

@@ -2,10 +2,8 @@
 #pragma once
 
 #include <array>
-#include <initializer_list>
 #include <limits>
 #include <span>
-#include <vector>
 
 #include "engine/api/row_order.h"
 #include "engine/api/state.h"
@@ -17,8 +15,8 @@ namespace ballot::api {
 
 constexpr std::size_t kChunk = 1 << 13;  // questions that a thread takes at a time
 
-/// Records of kFloats floats, one for each question, gathered from columns. Keeps the caller's pointers, but not those
-/// to numbers that stand for all questions: they are read at once.
+/// Records of kFloats floats, one for each question, gathered from columns: three numbers and one, for each four floats.
+/// Keeps the caller's pointers, but not those to numbers that stand for all questions: they are read at once.
 template <std::size_t kFloats>
 class Columns {
  public:
@@ -26,14 +24,13 @@ class Columns {
   struct Given {
     const char* name;
     const BallotColumn& column;
-    std::size_t numbers, at;  // 3 or 1, and where they stand in the record
-    bool needed = false;
+    bool needed;
   };
 
   /// `what` the questions are: "rays". What no column gives is as in `defaults`; a last number above `most` becomes
   /// `most`. Throws Refused if the description is wrong.
   Columns(const char* what, const std::size_t (&shape)[BALLOT_AXES], const Record& defaults, float most,
-          std::initializer_list<Given> given);
+          const std::array<Given, kFloats / 2>& given);
 
   std::size_t count() const { return count_; }
   /// The record, as far as it is the same for all.
@@ -45,22 +42,21 @@ class Columns {
 
  private:
   struct Part {
-    const char* data;
+    const char* data;  // null: it is common to all
     std::array<std::ptrdiff_t, BALLOT_AXES> stride;
     std::ptrdiff_t step;  // from one number to the next
     bool is_double;
-    std::size_t numbers, at;
-    const char* of(const std::array<std::size_t, BALLOT_AXES>& index, std::size_t axes) const;
   };
 
-  void add(const char* what, const Given& given);
+  Part part_of(const char* what, const Given& given, std::size_t number);
   void join_axes();
   bool holds_records() const;
+  const char* entry(std::size_t part, const std::array<std::size_t, BALLOT_AXES>& index) const;
 
   std::size_t count_ = 1, axes_ = 0;
   std::array<std::size_t, BALLOT_AXES> shape_{};  // the last axis is the fastest
-  std::vector<Part> parts_;                       // that differ from question to question
-  bool whole_ = false;                            // the parts are records as they are wanted
+  std::array<Part, kFloats / 2> parts_{};
+  bool whole_ = false;  // the parts are records as they are wanted
   Record common_;
   float most_;
 };

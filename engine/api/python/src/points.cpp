@@ -18,11 +18,11 @@ T* room(const Out<T>& array, std::size_t expected, const char* name) {
   return array->data();
 }
 
-TimesTuple query_points(const SceneObject& self, const nb::tuple& source, bool assume_closed,
-                        nb::object progress, const std::string& numeric, std::uint32_t sign,
-                        const Out<float>& distances, const Out<float>& points, const Out<std::uint32_t>& prims,
-                        const Out<std::uint32_t>& mesh_ids, const Out<float>& uvs, const Out<float>& normals,
-                        const Out<float>& signed_distances, const Out<std::uint8_t>& inside) {
+TimesTuple query_points(const SceneObject& self, const nb::tuple& source, bool assume_closed, nb::object progress,
+                        const std::string& numeric, std::uint32_t sign, const Out<float>& distances,
+                        const Out<float>& points, const Out<std::uint32_t>& prims, const Out<std::uint32_t>& mesh_ids,
+                        const Out<float>& uvs, const Out<float>& normals, const Out<float>& signed_distances,
+                        const Out<std::uint8_t>& inside) {
   const Source array(source);
   const BallotPoints from = array.points();
   const std::size_t n = array.count();
@@ -75,8 +75,8 @@ Objects list_crossings(const SceneObject& self, const nb::tuple& source, std::ui
   const BallotRays rays = array.rays();
   const std::size_t count = array.count();
   if (ray_masks && ray_masks->size() != count)
-    throw Error(Code::Argument, "ray_masks has " + std::to_string(ray_masks->size()) + " numbers; expected " +
-                                    std::to_string(count));
+    throw Error(Code::Argument,
+                "ray_masks has " + std::to_string(ray_masks->size()) + " numbers; expected " + std::to_string(count));
   if (counts.size() != count)
     throw Error(Code::Argument,
                 "counts has " + std::to_string(counts.size()) + " numbers; expected " + std::to_string(count));
@@ -107,9 +107,9 @@ Objects list_crossings(const SceneObject& self, const nb::tuple& source, std::ui
 
 void bind_points(nb::class_<SceneObject>& scene) {
   const auto none = [](const char* name) { return nb::arg(name).noconvert().none() = nb::none(); };
-  scene.def("query_points", &query_points, nb::arg("source"), nb::arg("assume_closed"),
-            nb::arg("progress").none(), nb::arg("numeric"), nb::arg("sign"), none("distances"), none("nearest"),
-            none("prims"), none("mesh_ids"), none("uvs"), none("normals"), none("signed_distances"), none("inside"));
+  scene.def("query_points", &query_points, nb::arg("source"), nb::arg("assume_closed"), nb::arg("progress").none(),
+            nb::arg("numeric"), nb::arg("sign"), none("distances"), none("nearest"), none("prims"), none("mesh_ids"),
+            none("uvs"), none("normals"), none("signed_distances"), none("inside"));
   scene.def("list_crossings", &list_crossings, nb::arg("source"), nb::arg("most"), nb::arg("lists"),
             nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("ray_masks"),
             nb::arg("alpha") = false, nb::arg("counts").noconvert());
