@@ -57,9 +57,9 @@ void copy_records(Walk records, float most, std::span<Record> to) {
 
 }  // namespace
 
-template <std::size_t kFloats>
-Columns<kFloats>::Columns(const char* what, const std::size_t (&shape)[BALLOT_AXES], const Record& defaults, float most,
-                          const std::array<Given, kFloats / 2>& given)
+template <std::size_t Floats>
+Columns<Floats>::Columns(const char* what, const std::size_t (&shape)[BALLOT_AXES], const Record& defaults, float most,
+                         const std::array<Given, Floats / 2>& given)
     : common_(defaults), most_(most) {
   for (; axes_ < BALLOT_AXES && (axes_ == 0 || shape[axes_]); ++axes_) {
     shape_[axes_] = shape[axes_];
@@ -74,8 +74,8 @@ Columns<kFloats>::Columns(const char* what, const std::size_t (&shape)[BALLOT_AX
 }
 
 /// Returns a column as it is read. Reads what is the same for all.
-template <std::size_t kFloats>
-typename Columns<kFloats>::Part Columns<kFloats>::part_of(const char* what, const Given& given, std::size_t number) {
+template <std::size_t Floats>
+typename Columns<Floats>::Part Columns<Floats>::part_of(const char* what, const Given& given, std::size_t number) {
   const BallotColumn& c = given.column;
   const Part common{nullptr, {}, sizeof(float), false};
   if (c.type != BALLOT_FLOAT32 && c.type != BALLOT_FLOAT64)
@@ -110,8 +110,8 @@ typename Columns<kFloats>::Part Columns<kFloats>::part_of(const char* what, cons
 }
 
 /// Drops axes of one entry, and joins those that every part walks as one.
-template <std::size_t kFloats>
-void Columns<kFloats>::join_axes() {
+template <std::size_t Floats>
+void Columns<Floats>::join_axes() {
   std::size_t kept = 0;
   for (std::size_t a = 0; a < axes_; ++a) {
     if (shape_[a] == 1) continue;
@@ -127,8 +127,8 @@ void Columns<kFloats>::join_axes() {
   axes_ = kept;
 }
 
-template <std::size_t kFloats>
-bool Columns<kFloats>::holds_records() const {
+template <std::size_t Floats>
+bool Columns<Floats>::holds_records() const {
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     const Part& part = parts_[i];
     const bool is_there = part.data && part.data == parts_[0].data + (i / 2 * 4 + i % 2 * 3) * sizeof(float);
@@ -138,23 +138,23 @@ bool Columns<kFloats>::holds_records() const {
   return true;
 }
 
-template <std::size_t kFloats>
-const typename Columns<kFloats>::Record* Columns<kFloats>::packed() const {
+template <std::size_t Floats>
+const typename Columns<Floats>::Record* Columns<Floats>::packed() const {
   if (!whole_ || axes_ != 1 || parts_[0].stride[0] != sizeof(Record)) return nullptr;
   if (reinterpret_cast<std::uintptr_t>(parts_[0].data) % alignof(Record)) return nullptr;
   return reinterpret_cast<const Record*>(parts_[0].data);
 }
 
-template <std::size_t kFloats>
-const char* Columns<kFloats>::entry(std::size_t part, const std::array<std::size_t, BALLOT_AXES>& index) const {
+template <std::size_t Floats>
+const char* Columns<Floats>::entry(std::size_t part, const std::array<std::size_t, BALLOT_AXES>& index) const {
   const char* from = parts_[part].data;
   if (!from) return reinterpret_cast<const char*>(&common_[part / 2 * 4 + part % 2 * 3]);
   for (std::size_t a = 0; a < axes_; ++a) from += std::ptrdiff_t(index[a]) * parts_[part].stride[a];
   return from;
 }
 
-template <std::size_t kFloats>
-void Columns<kFloats>::read(std::size_t place, std::size_t n, Record* to) const {
+template <std::size_t Floats>
+void Columns<Floats>::read(std::size_t place, std::size_t n, Record* to) const {
   constexpr auto kInfinity = std::numeric_limits<float>::infinity();
   const std::size_t last = axes_ ? axes_ - 1 : 0;
   std::array<std::size_t, BALLOT_AXES> index;
@@ -177,7 +177,7 @@ void Columns<kFloats>::read(std::size_t place, std::size_t n, Record* to) const 
                             ? parts_[part + 1].is_double ? gather<double, double> : gather<double, float>
                         : parts_[part + 1].is_double ? gather<float, double>
                                                      : gather<float, float>;
-      work(three, parts_[part].step, one, most, some, to->data() + 2 * part, kFloats);
+      work(three, parts_[part].step, one, most, some, to->data() + 2 * part, Floats);
     }
   }
 }

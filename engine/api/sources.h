@@ -15,12 +15,12 @@ namespace ballot::api {
 
 constexpr std::size_t kChunk = 1 << 13;  // questions that a thread takes at a time
 
-/// Records of kFloats floats, one for each question, gathered from columns: three numbers and one, for each four floats.
+/// Records of Floats floats, one for each question, gathered from columns: three numbers and one, for each four floats.
 /// Keeps the caller's pointers, but not those to numbers that stand for all questions: they are read at once.
-template <std::size_t kFloats>
+template <std::size_t Floats>
 class Columns {
  public:
-  using Record = std::array<float, kFloats>;
+  using Record = std::array<float, Floats>;
   struct Given {
     const char* name;
     const BallotColumn& column;
@@ -30,7 +30,7 @@ class Columns {
   /// `what` the questions are: "rays". What no column gives is as in `defaults`; a last number above `most` becomes
   /// `most`. Throws Refused if the description is wrong.
   Columns(const char* what, const std::size_t (&shape)[BALLOT_AXES], const Record& defaults, float most,
-          const std::array<Given, kFloats / 2>& given);
+          const std::array<Given, Floats / 2>& given);
 
   std::size_t count() const { return count_; }
   /// The record, as far as it is the same for all.
@@ -55,7 +55,7 @@ class Columns {
 
   std::size_t count_ = 1, axes_ = 0;
   std::array<std::size_t, BALLOT_AXES> shape_{};  // the last axis is the fastest
-  std::array<Part, kFloats / 2> parts_{};
+  std::array<Part, Floats / 2> parts_{};
   bool whole_ = false;  // the parts are records as they are wanted
   Record common_;
   float most_;
