@@ -22,7 +22,7 @@ int main() {
       if ((hits[i].prim != ballot::kMiss) != inside || blocked[i] != inside || (ids[i] == 7) != inside) return 1;
     }
     std::vector<double> down;
-    for (int i = 0; i < 100; ++i) down.insert(down.end(), {i / 50.0 - 1.5, 0.1, -1});
+    for (int i = 0; i < 100; ++i) down.insert(down.end(), {i / 50.0 - 1.51, 0.1, -1});
     std::vector<float> t(100);
     scene.trace({.origins = {0, 0, 1}, .directions = down, .t_max = 2}, {.t = t.data()});
     for (std::size_t i = 0; i < t.size(); ++i)
