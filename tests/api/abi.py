@@ -65,7 +65,8 @@ def interface(library: Path) -> str:
         )
         layout = subprocess.run([work / "abi"], check=True, capture_output=True, text=True).stdout.splitlines()
         types = (work / "types").read_text().splitlines()
-    functions = sorted(re.sub(r"^/\*.*?\*/ extern ", "", t) for t in types if "engine/api/ballot_c" in t.split("*/")[0])
+    ours = [t for t in types if re.match(r"/\*[^*]*engine/api/ballot_c[^*]*\*/ extern ", t)]
+    functions = sorted(re.sub(r"^/\*.*?\*/ extern ", "", t) for t in ours)
     symbols = subprocess.run(["nm", "-D", "--defined-only", library], check=True, capture_output=True, text=True).stdout
     exported = sorted(line.split()[-1].split("@")[0] for line in symbols.splitlines() if " A " not in line)
     return "\n".join([*layout, *functions, *(f"exports {name}" for name in exported)]) + "\n"

@@ -26,7 +26,7 @@ int main() {
     std::vector<float> t(100);
     scene.trace({.origins = {0, 0, 1}, .directions = down, .t_max = 2}, {.t = t.data()});
     for (std::size_t i = 0; i < t.size(); ++i)
-      if ((t[i] == 1) != (std::abs(down[3 * i]) <= 1)) return 7;
+      if ((std::abs(t[i] - 1) < 1e-6f) != (std::abs(down[3 * i]) <= 1)) return 7;
     std::vector<float> moved = square;
     for (std::size_t i = 2; i < moved.size(); i += 3) moved[i] = 1;
     scene.set_vertices(0, moved), scene.commit();

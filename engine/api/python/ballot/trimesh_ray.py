@@ -169,7 +169,7 @@ class _Made:
                 self._closed = False
         return self._closed
 
-    def rays(self, origins: np.ndarray, directions: np.ndarray) -> dict[str, np.ndarray]:
+    def rays(self, origins: np.ndarray, directions: np.ndarray) -> dict[str, Any]:
         """Returns origins and directions for the scene. The directions are at most 1 along each axis."""
         longest = np.abs(directions).max(axis=-1, keepdims=True)
         usable = (longest > 0) & np.isfinite(longest)

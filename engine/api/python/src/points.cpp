@@ -18,7 +18,7 @@ T* room(const Out<T>& array, std::size_t expected, const char* name) {
   return array->data();
 }
 
-TimesTuple query_points(const SceneObject& self, const nb::tuple& source, bool assume_closed, nb::object progress,
+TimesTuple query_points(const SceneObject& self, const Objects& source, bool assume_closed, nb::object progress,
                         const std::string& numeric, std::uint32_t sign, const Out<float>& distances,
                         const Out<float>& points, const Out<std::uint32_t>& prims, const Out<std::uint32_t>& mesh_ids,
                         const Out<float>& uvs, const Out<float>& normals, const Out<float>& signed_distances,
@@ -68,7 +68,7 @@ using Masks = std::optional<nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_
 using Counts = nb::ndarray<std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 /// Writes the counts and returns (numbers of the hits, times).
-Objects list_crossings(const SceneObject& self, const nb::tuple& source, std::uint32_t most, bool lists,
+Objects list_crossings(const SceneObject& self, const Objects& source, std::uint32_t most, bool lists,
                        nb::object progress, const std::string& numeric, std::uint32_t cull, const Masks& ray_masks,
                        bool alpha, const Counts& counts) {
   const Source array(source);
@@ -111,8 +111,8 @@ void bind_points(nb::class_<SceneObject>& scene) {
             nb::arg("numeric"), nb::arg("sign"), none("distances"), none("nearest"), none("prims"), none("mesh_ids"),
             none("uvs"), none("normals"), none("signed_distances"), none("inside"));
   scene.def("list_crossings", &list_crossings, nb::arg("source"), nb::arg("most"), nb::arg("lists"),
-            nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), none("ray_masks"),
-            nb::arg("alpha") = false, nb::arg("counts").noconvert());
+            nb::arg("progress").none(), nb::arg("numeric"), nb::arg("cull"), nb::arg("ray_masks").noconvert().none(),
+            nb::arg("alpha"), nb::arg("counts").noconvert());
 }
 
 }  // namespace ballot::python

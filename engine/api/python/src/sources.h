@@ -49,7 +49,7 @@ class Memory {
 /// has more than BALLOT_AXES.
 class Source {
  public:
-  explicit Source(const nb::tuple& given) : first_(given[1]), directions_(given[2]), low_(given[3]), high_(given[4]) {
+  explicit Source(const Objects& given) : first_(given[1]), directions_(given[2]), low_(given[3]), high_(given[4]) {
     const auto shape = nb::borrow<nb::tuple>(given[0]);
     for (const nb::handle length : shape) {
       const auto n = nb::cast<std::size_t>(length);

@@ -11,8 +11,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-TimesTuple trace(const SceneObject& self, const nb::tuple& source, const ResultArrays& results,
-                 const QueryObject& asked, nb::object progress) {
+TimesTuple trace(const SceneObject& self, const Objects& source, const ResultArrays& results, const QueryObject& asked,
+                 nb::object progress) {
   const Source from(source);
   const BallotRays rays = from.rays();
   const BallotHits hits = detail::hits_of(results.results(from.count()));
@@ -31,8 +31,8 @@ struct JobObject : Kept<Job> {
   JobObject(std::shared_ptr<Job> job, nb::object arrays) : Kept("job", std::move(job), std::move(arrays)) {}
 };
 
-JobObject submit(const SceneObject& self, const nb::tuple& source, const ResultArrays& results,
-                 const QueryObject& asked, nb::object arrays) {
+JobObject submit(const SceneObject& self, const Objects& source, const ResultArrays& results, const QueryObject& asked,
+                 nb::object arrays) {
   const Source from(source);
   const BallotRays rays = from.rays();
   const BallotHits hits = detail::hits_of(results.results(from.count()));

@@ -43,7 +43,7 @@ def scan(
     hits = scene.trace(origins=position, directions=beams, t=(0.1, reach))  # neighbours point alike: coherent
     ring, column = np.nonzero(hits["prim"] != ballot.MISS)
     found = hits[ring, column]
-    return np.float32(position) + found["t"][:, None] * beams[ring, column], ring, found["prim"]
+    return np.array(position, np.float32) + found["t"][:, None] * beams[ring, column], ring, found["prim"]
 
 
 if __name__ == "__main__":
