@@ -260,7 +260,16 @@ class Scene(Edits, Queries):
             times.append(Times(*spent))
         return arrays
 
-    def occluded(self, rays: Any = None, *, out: Any = None, **query: Any) -> np.ndarray:
+    def occluded(
+        self,
+        rays: Any = None,
+        *,
+        origins: Any = None,
+        directions: Any = None,
+        t: Any = None,
+        out: Any = None,
+        **query: Any,
+    ) -> np.ndarray:
         """Returns True for each ray that hits something between its t_min and t_max: bool of shape (...).
 
         Arguments as trace(); `out` is bool or uint8. A query for some hit is often several times as fast as one for the
@@ -268,7 +277,9 @@ class Scene(Edits, Queries):
         """
         query.setdefault("any", True)
         given = None if out is None else {"occluded": out}
-        return self.trace_columns(rays, ("occluded",), out=given, **query)["occluded"]
+        return self.trace_columns(
+            rays, ("occluded",), origins=origins, directions=directions, t=t, out=given, **query
+        )["occluded"]
 
     def submit(
         self,
