@@ -127,8 +127,8 @@ class Table {
     rows_.push_back({&to, from.numbers / width, width * (from.type == BALLOT_FLOAT64 ? 8 : 4), std::move(name)});
     if (!has_shape_ && (rows_.size() == 1 || shape_[0] == 1)) shape_[0] = rows_.back().entries;
   }
-  /// Sets the strides of numbers that lie side by side. Throws Error(Argument) unless they are one for all or as many as
-  /// the questions.
+  /// Sets the strides of numbers that lie side by side. Throws Error(Argument) unless they are one for all or as many
+  /// as the questions.
   void fit() {
     for (const Row& row : rows_) {
       if (row.entries == 1) continue;

@@ -160,7 +160,7 @@ class Queries(Closable):
         numeric: str = "watertight", cull: str = "none", ray_masks: Any = None, alpha: bool = False,
         times: list[Times] | None = None, progress: Progress | None = None,
     ) -> np.ndarray:
-        """Returns how many triangles each ray crosses: int64 of shape (...). Rays, origins, directions and t as trace().
+        """Returns how many triangles each ray crosses: int64 of shape (...). Rays, origins, directions, t as trace().
 
         A ray through an edge or a vertex of a closed surface crosses it there once, or twice or not at all where it
         touches the surface from one side.

@@ -12,6 +12,8 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstddef>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -188,6 +190,28 @@ struct ArrayObject : Kept<Buffer> {
   bool is_integer() const { return record == BALLOT_RECORD_INSIDE; }
   BallotRecord record;
   std::uint64_t count;
+};
+
+/// Memory of a large result (memory.cpp), which is kept for others once it is let go of. Thread-safe, but for one
+/// block.
+class ResultBlock {
+ public:
+  ResultBlock() = default;
+  explicit ResultBlock(std::size_t bytes);
+  ~ResultBlock();
+  ResultBlock(ResultBlock&& other) noexcept
+      : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  ResultBlock& operator=(ResultBlock&&) = delete;
+
+  void* data() const { return data_; }
+  /// Has it hold `bytes` at least, of which the first `used` stay.
+  void make_room(std::size_t bytes, std::size_t used);
+  /// Returns the owner of an array over it.
+  nb::capsule owner() &&;
+
+ private:
+  void* data_ = nullptr;
+  std::size_t size_ = 0;
 };
 
 /// Registers a part of the extension.

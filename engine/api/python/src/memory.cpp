@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <map>
+#include <mutex>
 
 #include "common.h"
 
@@ -16,12 +18,13 @@ namespace {
 constexpr std::size_t kMostKept = std::size_t(1) << 30;  // and no more than a 32nd of the machine's memory
 constexpr std::size_t kPage = std::size_t(2) << 20;      // sizes are multiples of a huge page
 
-/// Blocks of memory by size. Used with the GIL alone.
+/// Blocks of memory by size. Thread-safe.
 class ResultMemory {
  public:
   /// Returns a block of at least this size, and its size.
   std::pair<void*, std::size_t> take(std::size_t bytes) {
     const std::size_t size = (bytes + kPage - 1) / kPage * kPage;
+    const std::lock_guard lock(mutex_);
     const auto found = free_.lower_bound(size);
     if (found != free_.end() && found->first <= 2 * size) {
       const std::pair<void*, std::size_t> block{found->second, found->first};
@@ -37,6 +40,7 @@ class ResultMemory {
 
   /// Keeps a block for the next arrays, unless much is kept already.
   void give(void* block, std::size_t size) noexcept {
+    const std::lock_guard lock(mutex_);
     if (kept_ + size > most_) {
       std::free(block);
       return;
@@ -46,6 +50,7 @@ class ResultMemory {
   }
 
  private:
+  std::mutex mutex_;
   std::multimap<std::size_t, void*> free_;
   std::size_t kept_ = 0;
   const std::size_t most_ =
@@ -58,22 +63,30 @@ ResultMemory& memory() {
   return *memory;
 }
 
-struct Block {
-  void* data;
-  std::size_t size;
-};
-
 }  // namespace
+
+ResultBlock::ResultBlock(std::size_t bytes) { std::tie(data_, size_) = memory().take(bytes); }
+
+ResultBlock::~ResultBlock() {
+  if (data_) memory().give(data_, size_);
+}
+
+void ResultBlock::make_room(std::size_t bytes, std::size_t used) {
+  if (bytes <= size_) return;
+  ResultBlock larger(std::max(bytes, 2 * size_));
+  if (used) std::memcpy(larger.data_, data_, used);
+  std::swap(data_, larger.data_), std::swap(size_, larger.size_);
+}
+
+nb::capsule ResultBlock::owner() && {
+  return nb::capsule(new ResultBlock(std::move(*this)), [](void* p) noexcept { delete static_cast<ResultBlock*>(p); });
+}
 
 void bind_memory(nb::module_& m) {
   m.def("result_bytes", [](std::size_t bytes) {
-    const auto [data, size] = memory().take(bytes);
-    nb::capsule owner(new Block{data, size}, [](void* p) noexcept {
-      const auto* block = static_cast<Block*>(p);
-      memory().give(block->data, block->size);
-      delete block;
-    });
-    return nb::ndarray<nb::numpy, std::uint8_t>(data, {bytes}, owner);
+    ResultBlock block(bytes);
+    void* data = block.data();
+    return nb::ndarray<nb::numpy, std::uint8_t>(data, {bytes}, std::move(block).owner());
   });
 }
 

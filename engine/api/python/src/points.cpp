@@ -49,7 +49,8 @@ TimesTuple query_points(const SceneObject& self, const Objects& source, bool ass
 
 /// What a list of crossings has taken so far.
 struct Crossings {
-  std::vector<float> hits;  // t, prim (its bits), u, v of each
+  ResultBlock block;      // t, prim (its bits), u, v of each
+  std::size_t bytes = 0;  // of these
   Watch* watch = nullptr;
   Times times = {};
 
@@ -57,9 +58,18 @@ struct Crossings {
     auto& self = *static_cast<Crossings*>(user);
     std::size_t total = 0;
     for (std::size_t i = 0; i < rays; ++i) total += counts[i];
-    const float* numbers = reinterpret_cast<const float*>(hits);
-    self.hits.insert(self.hits.end(), numbers, numbers + 4 * total);
+    const std::size_t more = total * sizeof(BallotHit);
+    self.block.make_room(self.bytes + more, self.bytes);
+    if (more) std::memcpy(static_cast<std::byte*>(self.block.data()) + self.bytes, hits, more);
+    self.bytes += more;
     return 0;
+  }
+  /// Returns the numbers of the hits. Few are copied, so that they hold no large block.
+  auto array() && {
+    const std::size_t numbers = bytes / sizeof(float);
+    const auto* first = static_cast<const float*>(block.data());
+    if (bytes < (std::size_t(1) << 20)) return array_of(std::vector<float>(first, first + numbers), {numbers});
+    return nb::ndarray<nb::numpy, float>(block.data(), {numbers}, std::move(block).owner());
   }
   static int progress(void* user, double done) { return int(!(*static_cast<Crossings*>(user)->watch)(done)); }
 };
@@ -99,8 +109,8 @@ Objects list_crossings(const SceneObject& self, const Objects& source, std::uint
     found.times = detail::times_of(times);
     return found;
   });
-  const std::size_t numbers = all.hits.size();
-  return nb::make_tuple(array_of(std::move(all.hits), {numbers}), tuple_of(all.times));
+  const TimesTuple times = tuple_of(all.times);
+  return nb::make_tuple(std::move(all).array(), times);
 }
 
 }  // namespace

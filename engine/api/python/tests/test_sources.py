@@ -1,5 +1,5 @@
-"""Rays and points as they lie in memory: any stride, float32 and float64, broadcast. Answers are bit for bit those to the
-same questions as packed float32, and nothing as large as the questions is allocated for them."""
+"""Rays and points as they lie in memory: any stride, float32 and float64, broadcast. Answers are bit for bit those to
+the same questions as packed float32, and nothing as large as the questions is allocated for them."""
 
 import tracemalloc
 import unittest
@@ -108,7 +108,8 @@ class Rays(unittest.TestCase):
             (o[:30].reshape(5, 1, 6, 3), d[:24].reshape(1, 4, 6, 3)), (o[:0], d[0]),
             (o.reshape(10, 60, 3)[:, ::3], d.reshape(10, 60, 3)[::-1, ::3]), (o[40].tolist(), d.tolist()),
             (np.broadcast_to(o[:5, None], (5, 7, 3)), np.broadcast_to(d[:7], (5, 7, 3))),
-            (np.broadcast_to(o[:, :1], (600, 3)), d), (o[40:42].reshape(2, *[1] * 9, 3), d[:4].reshape(2, *[1] * 8, 2, 3)),
+            (np.broadcast_to(o[:, :1], (600, 3)), d),
+            (o[40:42].reshape(2, *[1] * 9, 3), d[:4].reshape(2, *[1] * 8, 2, 3)),
         ]  # fmt: skip
         for origins, directions in pairs:
             with np.errstate(over="ignore"):
