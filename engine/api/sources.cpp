@@ -44,14 +44,18 @@ void gather(Walk three, std::ptrdiff_t step, Walk one, float most, std::size_t n
   }
 }
 
-/// Copies records whose last number is at most `most`.
+/// Copies records whose last number is at most `most`. The last four numbers go one by one: a record that is written in
+/// part before it is read as a whole waits for the write.
 template <class Record>
 void copy_records(Walk records, float most, std::span<Record> to) {
+  constexpr std::size_t kWhole = std::tuple_size_v<Record> - 4;
   for (std::size_t k = 0; k < to.size(); ++k, records.from += records.stride) {
-    Record record;
-    std::memcpy(&record, records.from, sizeof record);
-    if (record.back() > most) record.back() = most;
-    std::memcpy(&to[k], &record, sizeof record);
+    const char* from = records.from + kWhole * sizeof(float);
+    const float a = number_at<float>(from), b = number_at<float>(from + 4), c = number_at<float>(from + 8),
+                last = number_at<float>(from + 12);
+    float* put = to[k].data();
+    if constexpr (kWhole > 0) std::memcpy(put, records.from, kWhole * sizeof(float));
+    put[kWhole] = a, put[kWhole + 1] = b, put[kWhole + 2] = c, put[kWhole + 3] = last > most ? most : last;
   }
 }
 
