@@ -216,8 +216,9 @@ typedef struct BallotQuery {
   size_t knob_count;
   const char*
       ray_class; /* for method auto: primary, shadow, ao, diffuse, coherent or the like; NULL: it looks at the rays */
-  /* Called now and then with the share that is done, from the thread that traces. Returning non-zero ends the call with
-   * BALLOT_ERROR_INTERRUPTED; what is written to the outputs by then is unspecified. */
+  /* Called now and then with the share that is done, from the thread that traces; also before the call waits for
+   * another one, or for work that does not stop. Returning non-zero ends the call with BALLOT_ERROR_INTERRUPTED; what
+   * is written to the outputs by then is unspecified. */
   int (*progress)(void* user, double done);
   void* user;
 } BallotQuery;

@@ -285,6 +285,8 @@ BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points,
     const PointArray array(read_struct(points, "BallotPoints"));
     const BallotNearest to = read_struct(nearest, "BallotNearest");
     const BallotPointQuery q = read_struct(query, "BallotPointQuery");
+    const Watch watch(q, *state->device, "points");
+    const Watched watched(watch);
     const DeviceUse use(*state->device);
     keep_fit(*state);
     write_struct(times, query_points(*state, array, to, q), "BallotTimes");

@@ -145,6 +145,7 @@ BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const Ball
                           BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const Call call = read_call(*state, rays, hits, query);
+    const Watched watched(call.watch);
     const DeviceUse use(*state->device);
     write_struct(times, trace(*state, call), "BallotTimes");
   });

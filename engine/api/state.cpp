@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "engine/core/failure_text.h"
+#include "engine/core/interruption.h"
 
 namespace ballot::api {
 
@@ -86,14 +87,22 @@ void InCallback::refuse(const DeviceState& device) {
         "would wait for itself; call it once that call has returned");
 }
 
-DeviceHold::DeviceHold(DeviceState& device) : device_(device) {
+DeviceHold::DeviceHold(DeviceState& device, bool asks) : device_(device) {
   InCallback::refuse(device);
+  if (device.mutex.try_lock()) return;
+  if (asks && !in_callback_of) ask_interruption();
   device.mutex.lock();
 }
 
 DeviceHold::~DeviceHold() {
   const auto late = std::exchange(device_.late, {});  // goes when the device is free
   device_.mutex.unlock();
+}
+
+DeviceUse::DeviceUse(DeviceState& device) : DeviceHold(device, true) {
+  if (!device.gpu->has_recorded()) return;
+  if (!in_callback_of) ask_interruption();
+  device.gpu->flush();
 }
 
 const char* thread_text() { return thread_error.c_str(); }

@@ -75,20 +75,24 @@ class InCallback {
 /// Holds a device for a call. Throws Refused in a callback of the call that holds it.
 class DeviceHold {
  public:
-  explicit DeviceHold(DeviceState& device);
+  explicit DeviceHold(DeviceState& device) : DeviceHold(device, false) {}
   ~DeviceHold();
   DeviceHold(const DeviceHold&) = delete;
   DeviceHold& operator=(const DeviceHold&) = delete;
+
+ protected:
+  DeviceHold(DeviceState& device, bool asks);
 
  private:
   DeviceState& device_;
 };
 
 /// The same for a call that submits work. Batches that wait to be sent (ballot_submit_buffers) are sent first: a call
-/// that fails drops what is recorded, which is then its own alone.
+/// that fails drops what is recorded, which is then its own alone. Before it waits for another call, or sends such
+/// batches, the caller's progress function is asked (ask_interruption()).
 class DeviceUse : DeviceHold {
  public:
-  explicit DeviceUse(DeviceState& device) : DeviceHold(device) { device.gpu->flush(); }
+  explicit DeviceUse(DeviceState& device);
 };
 
 /// What a mesh's caller gave, and what the next caller may ask.

@@ -23,10 +23,12 @@ Interruptible::~Interruptible() { asked = outer_; }
 bool is_interruptible() { return asked != nullptr; }
 
 void check_interruption() {
+  if (asked && Clock::now() - last >= kPause) ask_interruption();
+}
+
+void ask_interruption() {
   if (!asked) return;
-  const Clock::time_point now = Clock::now();
-  if (now - last < kPause) return;
-  last = now;
+  last = Clock::now();
   (*asked)();
 }
 

@@ -25,6 +25,10 @@ bool is_interruptible();
 /// of a second; not for work that leaves something half done.
 void check_interruption();
 
+/// Asks now, if somebody wants to be asked: before the caller waits for others, or for work of any length that nothing
+/// ends once it has begun. Throws what they throw.
+void ask_interruption();
+
 /// Milliseconds of one launch of such work on a device: nothing ends a launch once it has begun.
 constexpr double kInterruptibleLaunch = 100;
 

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/core/interruption.h"
+
 namespace ballot {
 
 /// Tells whether what the host has of a scene, or of one of its trees, is that of an earlier time, or gone, and makes
@@ -21,6 +23,7 @@ class HostCopy {
   void bring_briefly() const {
     for (const HostCopy& part : parts) stays_ ? part.bring() : part.bring_briefly();
     if (!fetch_) return;
+    ask_interruption();
     const auto fetch = std::exchange(fetch_, nullptr);
     try {
       fetch();

@@ -1,5 +1,6 @@
 // DeviceScenes of scenes with instances: their trees, and how they follow an animation.
 
+#include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
 #include "engine/model/instances.h"
@@ -156,6 +157,7 @@ bool DeviceScene::rebuild_meshes() {
   bool built = false;
   for (std::size_t i = 0; i < policies_.size(); ++i) {
     if (!policies_[i].overdue()) continue;
+    ask_interruption();
     try {
       rebuild(i);
       built = true;

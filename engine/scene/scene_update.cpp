@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/scene/scene_tree.h"
 #include "engine/tree/host/refit.h"
@@ -34,6 +35,7 @@ bool DeviceScene::rebuild_if_overdue() {
   count_walks();
   if (forest_) return rebuild_meshes();
   if (!policies_[0].overdue()) return false;
+  ask_interruption();
   gpu_->finish();
   if (!tracer_->tree().built()) late_.bring();
   try_to_rebuild();
