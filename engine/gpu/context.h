@@ -163,6 +163,10 @@ class Context {
   double launch_ms() const { return launch_ms_; }
   /// For tests: another time, on any device.
   void set_launch_ms(double ms) { launch_ms_ = ms; }
+  /// True if the host may answer a few questions in the place of a CPU device (answer/host_walk.h).
+  bool answers_few() const { return answers_few_ && info_.is_cpu(); }
+  /// For tests: the device answers all.
+  void set_answers_few(bool on) { answers_few_ = on; }
   /// For tests: smaller limits, as if the device had them. Call it before anything is made.
   void lower_limits(std::uint64_t texels, std::uint64_t storage_bytes);
   /// A pass that has ended.
@@ -273,7 +277,7 @@ class Context {
   std::array<Slot, 3> slots_;  // taken in turn: two in flight, one that is recorded
   std::size_t slot_ = 0;       // index of the slot that is recorded now or next
   std::uint64_t submitted_ = 0, ended_ = 0;
-  bool batches_ = true;
+  bool batches_ = true, answers_few_ = true;
   double launch_ms_ = 0;
   VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
   std::size_t stored_bytes_ = 0;  // size of the driver's data in the file, as far as this process knows; 0: none

@@ -59,6 +59,7 @@
 // Far points are not padded: what is culled for them is less near by 9 w R at most, which is below w M 64.
 //
 // lib/query/point_instances.glsl has the triangles and the boxes of scenes with instances.
+// engine/answer/host_walk_points.cpp repeats this arithmetic for a few points on CPU devices.
 #include "../lib/frame/kernel.glsl"
 #include "../shared/query.h"
 #if BALLOT_INSTANCES

@@ -250,6 +250,12 @@ const DeviceTree::Texels& DeviceTree::format(TreeFormatId id, const TreeAccess& 
   return array.texels();
 }
 
+bool DeviceTree::has_pairs(const TreeAccess& a, Source source) const {
+  const auto pairs = arrays_.find(nodes_key(TreeFormatId::Pair, a, source));
+  const auto leaves = leaves_.find({LeafFormat::Vertices, a.fetch, source});
+  return pairs != arrays_.end() && leaves != leaves_.end() && !is_stale(pairs->second) && !is_stale(leaves->second);
+}
+
 void DeviceTree::prepare(TreeFormatId id, const TreeAccess& a, Source source) {
   const NodesKey key = nodes_key(id, a, source);
   if (forest_ || source == Source::Device) return;

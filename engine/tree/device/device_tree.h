@@ -142,6 +142,8 @@ class DeviceTree {
   /// its own pairs, what it makes of them, and vertices.
   Source source_of(TreeFormatId id, LeafFormat leaves) const;
 
+  /// Returns true if nodes() and leaves() for such a kernel have nothing to make.
+  bool has_pairs(const TreeAccess& access, Source source) const;
   /// Returns the node pairs that a kernel reads.
   const Texels& nodes(const TreeAccess& access, Source source = Source::Host);
   /// Returns the array of a format other than the pairs.

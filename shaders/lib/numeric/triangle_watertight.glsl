@@ -25,6 +25,8 @@
 // and for vertices farther than 2^-106 of that side from the ray they lose nothing to underflow. Triangles smaller than
 // that are missed. Rays from more than 16 to 32 longest sides away bring their own distance to 2^60. t itself must be a
 // float32.
+//
+// engine/answer/host_walk.cpp repeats this arithmetic for a few rays on CPU devices.
 
 #include "../tree/leaf_vertices.glsl"
 #include "products.glsl"

@@ -1,0 +1,173 @@
+// Holds walks of the host to the kernels whose answers they give: bit for bit, on every set of rays and about every
+// kind of mesh.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/answer/host_walk.h"
+#include "engine/answer/point_queries.h"
+#include "tests/device/fixture.h"
+#include "tests/device/ray_sets.h"
+
+namespace ballot {
+namespace {
+
+using namespace harness;
+
+struct WalkCase {
+  const char* name;
+  shapes::Triangles (*make)();
+};
+
+void PrintTo(const WalkCase& scene, std::ostream* out) { *out << scene.name; }
+
+const WalkCase kWalkCases[] = {
+    {"none", [] { return shapes::Triangles{}; }},
+    {"one", [] { return shapes::soup(1, 1); }},
+    {"identical", [] { return shapes::identical(100); }},
+    {"coplanar", [] { return shapes::coplanar(200); }},
+    {"soup", [] { return shapes::soup(3000, 0.1f); }},
+    {"sphere", [] { return shapes::sphere(5); }},
+    {"slivers", [] { return shapes::slivers(150); }},
+    {"hugeAndTiny", [] { return shapes::huge_and_tiny(400); }},
+    {"sameCentroid", [] { return shapes::same_centroid(120); }},
+    {"far",
+     [] {
+       return shapes::moved(shapes::sphere(4), {3000, -200, 1e5f});
+     }},
+    {"small", [] { return shapes::scaled(shapes::sphere(4), 1e-30f); }},
+    {"large", [] { return shapes::scaled(shapes::soup(500, 0.3f), 1e10f); }},
+};
+
+/// Returns rays as they are, moved and scaled along with the triangles of a scene.
+std::vector<Ray> rays_about(const shapes::Triangles& triangles, const Bvh& bvh) {
+  std::vector<Ray> all;
+  for (const shapes::RaySet& set : shapes::ray_sets(triangles, bvh)) {
+    all.insert(all.end(), set.rays.begin(), set.rays.end());
+    const glm::vec3 middle = 0.5f * (bvh.bounds.lo + bvh.bounds.hi), half = 0.5f * (bvh.bounds.hi - bvh.bounds.lo);
+    const float size = std::max({half.x, half.y, half.z});
+    for (Ray ray : set.rays) {
+      ray.origin = middle + size * ray.origin;
+      ray.dir *= size;
+      all.push_back(ray);
+    }
+  }
+  for (Ray ray : shapes::random_rays(300, 5)) {  // from far away, with parts of the direction that vanish
+    ray.origin = ray.origin * 1e6f;
+    all.push_back(shapes::towards(ray.origin, 0.5f * (bvh.bounds.lo + bvh.bounds.hi)));
+    ray.dir.y *= 1e-40f;
+    all.push_back(ray);
+  }
+  return all;
+}
+
+std::vector<ProbePoint> probes_about(const shapes::Triangles& triangles, const Bounds& b) {
+  shapes::Random random(3);
+  const glm::vec3 middle = 0.5f * (b.lo + b.hi), half = 0.5f * (b.hi - b.lo);
+  const float size = std::max({half.x, half.y, half.z, 1e-36f}), none = std::numeric_limits<float>::infinity();
+  std::vector<ProbePoint> points{{{NAN, 0, 0}, none}, {{0, none, 0}, none}, {middle, 0}, {middle, -1}, {middle, NAN}};
+  for (std::size_t i = 0; i < 400; ++i) {
+    points.push_back({middle + random.point(1.5f * size), i % 3 ? none : size * random.in(0, 1)});
+    points.push_back({middle + random.point(1000 * size), none});  // far
+    if (triangles.empty()) continue;
+    const Triangle& t = triangles[random.below(triangles.size())];
+    const float s = random.in(0, 1), r = random.in(0, 1) * (1 - s);
+    points.push_back({t[random.below(3)], none});
+    points.push_back({(t[0] + t[1]) * 0.5f, none});
+    points.push_back({t[0] * (1 - s - r) + t[1] * s + t[2] * r, 1e-3f * size});
+    points.push_back({t[0] * (1 - s - r) + t[1] * s + t[2] * r + random.point(1e-4f * size), none});
+  }
+  return points;
+}
+
+class HostWalks : public DeviceTest, public testing::WithParamInterface<WalkCase> {
+ protected:
+  void SetUp() override {
+    gpu_->set_answers_few(true);
+    if (gpu_->info().known_driver() != Driver::Llvmpipe) GTEST_SKIP() << "the device answers everything";
+  }
+  void TearDown() override {
+    gpu_->set_answers_few(false);
+    DeviceTest::TearDown();
+  }
+  template <class T>
+  static bool same(const T& a, const T& b) {
+    return std::memcmp(&a, &b, sizeof(T)) == 0;
+  }
+};
+
+TEST_P(HostWalks, FindTheHitsOfTheKernelsBitForBit) {
+  const auto t = make(*gpu_, GetParam().make());
+  const std::vector<Ray> rays = rays_about(t->triangles, t->bvh);
+  std::vector<Hit> hits(rays.size());
+  t->tracer->trace(rays, hits, {.method = "while-while"});
+  for (const NodeLayout layout : {NodeLayout::Interleaved, NodeLayout::Compact}) {
+    const auto walk = HostWalk::over(*gpu_, t->tracer->tree(), HostWalk::Of::Rays, layout);
+    ASSERT_TRUE(walk);
+    std::size_t different = 0, other = 0;
+    std::vector<Hit> any(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      different += !same(walk->trace(rays[i], Want::Nearest), hits[i]);
+      any[i] = walk->trace(rays[i], Want::Any);
+      other += (any[i].prim == NO_HIT) != (hits[i].prim == NO_HIT);
+    }
+    EXPECT_EQ(different, 0u);
+    EXPECT_EQ(other, 0u);
+    const auto truth = t->oracle->nearest(rays);
+    EXPECT_EQ(t->oracle->judge(rays, any, truth, Want::Any, Arithmetic::Woop).errors(), 0u);
+  }
+}
+
+TEST_P(HostWalks, FindTheNearestPointsOfTheKernelsBitForBit) {
+  const auto t = make(*gpu_, GetParam().make());
+  PointQueries queries(*gpu_, t->tracer->tree());
+  const std::vector<ProbePoint> points = probes_about(t->triangles, t->bvh.bounds);
+  std::vector<Nearest> found(points.size());
+  gpu_->set_answers_few(false);
+  queries.nearest(points, found);
+  gpu_->set_answers_few(true);
+  const auto walk = HostWalk::over(*gpu_, t->tracer->tree(), HostWalk::Of::Points);
+  ASSERT_TRUE(walk);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Nearest n = walk->nearest(points[i]);
+    ASSERT_TRUE(same(n, found[i])) << i << ": " << n.prim << " " << n.distance << " " << n.u << " " << n.v << ", not "
+                                   << found[i].prim << " " << found[i].distance << " " << found[i].u << " "
+                                   << found[i].v;
+  }
+  std::vector<Nearest> few(20);
+  queries.nearest(std::span(points).first(20), few);
+  EXPECT_TRUE(std::memcmp(few.data(), found.data(), 20 * sizeof(Nearest)) == 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, HostWalks, testing::ValuesIn(kWalkCases),
+                         [](const testing::TestParamInfo<WalkCase>& given) { return given.param.name; });
+
+// Walks in the layout of which the kernels of this driver know nothing.
+TEST_F(HostWalks, FindTheNearestPointsInEveryLayout) {
+  const auto t = make(*gpu_, shapes::soup(2000, 0.2f));
+  std::vector<ProbePoint> points = probes_about(t->triangles, t->bvh.bounds);
+  std::erase_if(points,
+                [](const ProbePoint& p) { return !(std::abs(p.at.x) < 20); });  // answers to far ones may differ
+  const auto a = HostWalk::over(*gpu_, t->tracer->tree(), HostWalk::Of::Points, NodeLayout::Interleaved),
+             b = HostWalk::over(*gpu_, t->tracer->tree(), HostWalk::Of::Points, NodeLayout::Compact);
+  ASSERT_TRUE(a && b);
+  for (const ProbePoint& p : points) EXPECT_TRUE(same(a->nearest(p), b->nearest(p)));
+}
+
+TEST_F(HostWalks, AnswerWhatIsFewAlone) {
+  const auto t = make(*gpu_, shapes::sphere(4));
+  const auto dispatches = [&](std::size_t count, const Query& query) {
+    std::vector<Hit> hits(count);
+    return t->tracer->trace(shapes::random_rays(count), hits, query).dispatches;
+  };
+  EXPECT_EQ(dispatches(1, {}), 0u);
+  EXPECT_EQ(dispatches(1, {.want = Want::Any}), 0u);
+  EXPECT_GT(dispatches(1 << 14, {}), 0u);
+  EXPECT_GT(dispatches(1, {.method = "while-while"}), 0u);
+  EXPECT_GT(dispatches(1, {.numeric = "plain"}), 0u);
+  EXPECT_GT(dispatches(1, {.knobs = {{"sorted", "0"}}}), 0u);
+  gpu_->set_answers_few(false);
+  EXPECT_GT(dispatches(1, {}), 0u);
+}
+
+}  // namespace
+}  // namespace ballot
