@@ -142,11 +142,9 @@ BallotTimes times_of(PointClock::time_point begin, const TraceTimes& spent, std:
 }
 
 BallotTimes query_points(SceneState& scene, const PointArray& points, const BallotNearest& to,
-                         const BallotPointQuery& query) {
+                         const BallotPointQuery& query, Watch& watch) {
   const auto begin = PointClock::now();
   ballot::DeviceScene& world = *scene.world;
-  Watch watch(query, *scene.device, "points");
-  const Watched watched(watch);
   NearestArrays out(to, scene, points.count(), is_by_sides(query));
   if (out.wants_inside() && !query.assume_closed) need_closed(world);
   if (out.wants_sides() && !query.assume_closed) need_wound(world);
@@ -285,11 +283,11 @@ BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points,
     const PointArray array(read_struct(points, "BallotPoints"));
     const BallotNearest to = read_struct(nearest, "BallotNearest");
     const BallotPointQuery q = read_struct(query, "BallotPointQuery");
-    const Watch watch(q, *state->device, "points");
+    Watch watch(q, *state->device, "points");
     const Watched watched(watch);
     const DeviceUse use(*state->device);
     keep_fit(*state);
-    write_struct(times, query_points(*state, array, to, q), "BallotTimes");
+    write_struct(times, query_points(*state, array, to, q, watch), "BallotTimes");
   });
 }
 

@@ -201,8 +201,8 @@ class Scene(Edits, Queries):
         knobs      settings of the method, such as {"vote": "count"}
         ray_class  for method auto: a ray kind ("primary", "shadow", "ao", "diffuse", ...), or "coherent",
                    "mixed", "incoherent"; None: it looks at the rays
-        progress   called with the share done, 0 to 1, after about each million rays; returning False ends the call with
-                   Error (Code.INTERRUPTED). It must not call ballot.
+        progress   called with the share done, 0 to 1, before the call waits and after about each million rays;
+                   returning False ends the call with Error (Code.INTERRUPTED). It must not call ballot.
         times      a list that the Times of the call are appended to
 
         Returns HIT of shape (...): t, prim, u, v. t counts multiples of the direction, which need not be of unit

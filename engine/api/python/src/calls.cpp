@@ -41,6 +41,16 @@ void let_go_late() {
   for (Left& left : std::exchange(late, {})) let_go(std::move(left.object), std::move(left.works_on));
 }
 
+/// Does the work of a task and keeps what it throws. Without the GIL.
+void do_work(Task& task) {
+  try {
+    task.work();
+  } catch (...) {
+    task.failure = std::current_exception();
+    task.drop();
+  }
+}
+
 bool is_main() {
   if (!main_thread)
     main_thread = nb::cast<unsigned long>(nb::module_::import_("threading").attr("main_thread")().attr("ident"));
@@ -88,11 +98,7 @@ class Worker {
 
   /// Does a task. Returns false if its call has been abandoned.
   static bool did(std::shared_ptr<Task>& task) {
-    try {
-      task->work();
-    } catch (...) {
-      task->failure = std::current_exception();
-    }
+    do_work(*task);
     Watch& watch = task->watch;
     {
       const std::lock_guard lock(watch.mutex_);
@@ -197,6 +203,7 @@ bool Watch::call_user(double done) noexcept {
 }
 
 bool Watch::operator()(double done) noexcept {
+  if (tries_) return done >= 1;                      // it is asked before the end: the call is about to wait
   if (!away_) return !has_user_ || call_user(done);  // other threads handle no signals
   if (stop_ || !has_user_) return !stop_;
   std::unique_lock lock(mutex_);
@@ -204,6 +211,25 @@ bool Watch::operator()(double done) noexcept {
   changed_.notify_all();
   changed_.wait(lock, [&] { return !asks_ || stop_; });
   return !stop_;
+}
+
+/// Does the work in this thread, unless it is about to wait. Returns false if somebody has to do it yet.
+bool Watch::has_tried(Task& task) {
+  if (has_user_) return false;
+  const Unlocked unlocked;
+  tries_ = true;
+  try {
+    task.work();
+  } catch (const Error& error) {
+    tries_ = false;
+    if (error.code() == Code::Interrupted) return false;
+    task.failure = std::current_exception();
+    task.drop();
+  } catch (...) {
+    task.failure = std::current_exception();
+    task.drop();
+  }
+  return true;
 }
 
 /// Has a thread do the work, and looks for signals until it ends or, although it was asked to, does not.
@@ -240,24 +266,25 @@ bool Watch::leave(const std::shared_ptr<Task>& task, Worker& worker) {
   return give_up(lock);
 }
 
-void run(std::shared_ptr<Task> task) {
+void run(std::shared_ptr<Task> task, bool short_) {
   check_may_call();
   struct Late {
     ~Late() { let_go_late(); }
   } const late_ones;
   Watch& watch = task->watch;
-  Worker* worker = last.load() == std::thread::id{} && is_main() ? Worker::free() : nullptr;
+  const bool looks = last.load() == std::thread::id{} && is_main();
+  if (looks && short_ && watch.has_tried(*task)) {
+    if (task->failure) std::rethrow_exception(std::exchange(task->failure, nullptr));
+    return;
+  }
+  Worker* worker = looks ? Worker::free() : nullptr;
   watch.away_ = worker != nullptr;
   if (worker) {
     watch.look(task, *worker);
     if (watch.abandoned_) ++abandoned;
   } else {
     const Unlocked unlocked;
-    try {
-      task->work();
-    } catch (...) {
-      task->failure = std::current_exception();
-    }
+    do_work(*task);
   }
   if (watch.raised_) std::rethrow_exception(std::exchange(watch.raised_, nullptr));
   if (task->failure) std::rethrow_exception(std::exchange(task->failure, nullptr));

@@ -106,14 +106,16 @@ class Watch {
   bool leave(const std::shared_ptr<Task>& task, Worker& worker);
 
  private:
-  friend void run(std::shared_ptr<Task> task);
+  friend void run(std::shared_ptr<Task> task, bool short_);
   friend class Worker;
   bool call_user(double done) noexcept;
+  bool has_tried(Task& task);
   void look(const std::shared_ptr<Task>& task, Worker& worker);
   bool give_up(std::unique_lock<std::mutex>& lock);
 
   nb::object user_;
   bool has_user_, away_ = false;  // away: another thread works while the main thread looks for signals
+  bool tries_ = false;            // the main thread works, unless the call is about to wait
   std::exception_ptr raised_;     // what Python code raised
   std::atomic<bool> stop_{false};
   // Of a call whose work is away.
@@ -123,13 +125,16 @@ class Watch {
   bool asks_ = false, ended_ = false, abandoned_ = false;
 };
 
+/// Questions of a call that is likely to end at once.
+constexpr std::size_t kFew = 1 << 10;
+
 /// The work of a call, with all that it uses. It is let go of with the GIL.
 struct Task {
   explicit Task(nb::object progress) : watch(std::move(progress)) {}
   virtual ~Task() = default;
-  /// Does the work, without the GIL.
+  /// Does the work, without the GIL. If it has thrown, it may be called again before drop().
   virtual void work() = 0;
-  /// Lets go of the result, without the GIL.
+  /// Lets go of the result and of what is worked on, without the GIL.
   virtual void drop() = 0;
   Watch watch;
   std::exception_ptr failure;
@@ -137,27 +142,28 @@ struct Task {
 
 /// Runs a task and throws what it has thrown, or what Python code has raised. The main thread has another one do the
 /// work and looks for signals meanwhile: Ctrl-C ends the call at once. Work that cannot stop goes on, with its task, to
-/// an end that nobody waits for.
-void run(std::shared_ptr<Task> task);
+/// an end that nobody waits for. Work that is `short_` the main thread does itself, if it need not wait for anything:
+/// to have another thread do it takes longer than a few questions do.
+void run(std::shared_ptr<Task> task, bool short_ = false);
 
 /// Runs call(object, watch) as a task and returns what it returned. The call has to own what it uses.
 template <class T, class Call>
-auto watched(std::shared_ptr<T> object, nb::object progress, Call call) {
+auto watched(std::shared_ptr<T> object, nb::object progress, Call call, bool short_ = false) {
   using Result = decltype(call(*object, std::declval<Watch&>()));
   struct Work : Task {
     Work(nb::object progress_, std::shared_ptr<T> object_, Call call_)
         : Task(std::move(progress_)), on(std::move(object_)), does(std::move(call_)) {}
     void work() override {
-      const std::shared_ptr<T> kept = std::move(on);  // goes without the GIL
-      result.emplace(does(*kept, watch));
+      result.emplace(does(*on, watch));
+      on.reset();
     }
-    void drop() override { result.reset(); }
+    void drop() override { result.reset(), on.reset(); }
     std::shared_ptr<T> on;
     Call does;
     std::optional<Result> result;
   };
   const auto work = std::make_shared<Work>(std::move(progress), std::move(object), std::move(call));
-  run(work);
+  run(work, short_);
   return std::move(*work->result);
 }
 

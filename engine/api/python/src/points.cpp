@@ -37,14 +37,17 @@ TimesTuple query_points(const SceneObject& self, const Objects& source, bool ass
   to.inside = room(inside, n, "inside");
   const std::tuple kept(array, distances, points, prims, mesh_ids, uvs, normals, signed_distances, inside);
   const PointQuery given{.assume_closed = assume_closed, .numeric = numeric, .sign = Sign(sign)};
-  return watched(self.use(), std::move(progress), [=, query = given](const Scene& s, Watch& watch) mutable {
-    static_cast<void>(kept);
-    query.progress = [&watch](double done) { return watch(done); };
-    const BallotPointQuery asked = detail::point_query_of(query);
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_query_points(s.handle(), &from, &to, &asked, &times));
-    return tuple_of(detail::times_of(times));
-  });
+  return watched(
+      self.use(), std::move(progress),
+      [=, query = given](const Scene& s, Watch& watch) mutable {
+        static_cast<void>(kept);
+        query.progress = [&watch](double done) { return watch(done); };
+        const BallotPointQuery asked = detail::point_query_of(query);
+        auto times = BALLOT_INIT(BallotTimes);
+        check(ballot_query_points(s.handle(), &from, &to, &asked, &times));
+        return tuple_of(detail::times_of(times));
+      },
+      n <= kFew && !signed_distances && !inside);
 }
 
 /// What a list of crossings has taken so far.

@@ -16,14 +16,16 @@ TimesTuple trace(const SceneObject& self, const Objects& source, const ResultArr
   const Source from(source);
   const BallotRays rays = from.rays();
   const BallotHits hits = detail::hits_of(results.results(from.count()));
-  return watched(self.use(), std::move(progress),
-                 [=, query = asked.query, kept = std::pair(from, results)](const Scene& s, Watch& watch) mutable {
-                   query.progress = [&watch](double done) { return watch(done); };
-                   const detail::QueryArgument argument(query);
-                   auto times = BALLOT_INIT(BallotTimes);
-                   check(ballot_trace(s.handle(), &rays, &hits, argument.c(), &times));
-                   return tuple_of(detail::times_of(times));
-                 });
+  return watched(
+      self.use(), std::move(progress),
+      [=, query = asked.query, kept = std::pair(from, results)](const Scene& s, Watch& watch) mutable {
+        query.progress = [&watch](double done) { return watch(done); };
+        const detail::QueryArgument argument(query);
+        auto times = BALLOT_INIT(BallotTimes);
+        check(ballot_trace(s.handle(), &rays, &hits, argument.c(), &times));
+        return tuple_of(detail::times_of(times));
+      },
+      from.count() <= kFew);
 }
 
 /// A trace in the background. Keeps its arrays.

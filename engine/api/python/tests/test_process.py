@@ -95,6 +95,18 @@ class Interrupts(Process):
     def test_the_waiting_for_a_job(self):
         self.ends("job = scene.submit(rays, method='while-while'); job.wait()")
 
+    def test_few_questions(self):
+        """Which the main thread answers itself, unless they take long or wait for another thread's call."""
+        self.ends("scene.trace(rays[:1]); scene.nearest(points[:1], ('distances',))")
+        deep = "deep = ballot.Scene(np.tile(np.eye(3, dtype=np.float32), (200000, 1)), " \
+               "np.arange(600000, dtype=np.uint32).reshape(-1, 3)); deep.trace(rays[:1]); deep.nearest(points[:1]); " \
+               "down = np.tile(np.float32([[1, 1, 1, -1, -1, -1]]), (1000, 1))"  # fmt: skip
+        self.ends("deep.trace(down)", deep)
+        self.ends("deep.nearest(down[:64, :3])", deep)
+        setup = "threading.Thread(target=lambda: [scene.trace(rays, method='while-while') for _ in range(3)], " \
+                "daemon=True).start(); time.sleep(0.1)"  # fmt: skip
+        self.ends("scene.trace(rays[:1])", "scene.trace(rays[:1]); " + setup)
+
     def test_points(self):
         self.ends("scene.nearest(points)", triangles=3000)
         self.ends("scene.nearest(points, numeric='exact')")

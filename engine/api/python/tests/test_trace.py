@@ -41,6 +41,25 @@ class Cube(unittest.TestCase):
         for hits in other:
             np.testing.assert_array_equal(hits[:3], self.hits[::-1])
 
+    def same_bits(self, scene: ballot.Scene) -> None:
+        rays = ref.random_rays(1 << 15)
+        many, points = scene.trace(rays), scene.nearest(rays[:4096, :3])
+        for first, count in ((0, 1), (1, 7), (100, 64), (200, 500), (5000, 1024)):
+            few = slice(first, first + count)
+            self.assertEqual(scene.trace(rays[few]).tobytes(), many[few].tobytes())
+            np.testing.assert_array_equal(scene.occluded(rays[few]), many["prim"][few] != ballot.MISS)
+            part = slice(first % 1024, first % 1024 + min(count, 64))
+            for name, answers in scene.nearest(rays[part, :3]).items():
+                self.assertEqual(answers.tobytes(), points[name][part].tobytes())
+
+    def test_few_and_many_find_the_same_bits(self):
+        vertices, triangles = ref.soup(2000)
+        for builder in ("best", "device"):  # with spatial splits, by the host; where it lies
+            scene = ballot.Scene(vertices, triangles, builder=builder)
+            self.same_bits(scene)
+            ref.move(scene, 0, vertices[::-1].copy())
+            self.same_bits(scene)
+
     def test_shapes(self):
         grid = np.broadcast_to(self.rays[0], (4, 5, 6)).copy()
         self.assertEqual(self.scene.trace(grid).shape, (4, 5))
