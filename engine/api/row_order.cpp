@@ -1,6 +1,7 @@
 #include "engine/api/row_order.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -24,6 +25,18 @@ float step(const Ray& a, const Ray& b) {
   for (int axis = 0; axis < 3; ++axis)
     sum += std::abs(a.origin[axis] - b.origin[axis]) + std::abs(a.dir[axis] - b.dir[axis]);
   return sum;
+}
+
+/// Returns false if the first rays are in no order: those that are eight steps apart are about as near to each other as
+/// neighbours are. So random rays need no long search for the end of a row.
+bool go_on(const RayArray& rays) {
+  constexpr std::size_t kLookedAt = 64, kSteps = 8;
+  std::array<Ray, kLookedAt> some;
+  rays.read(0, some);
+  float near = 0, far = 0;
+  for (std::size_t i = 0; i + kSteps < kLookedAt; ++i)
+    near += step(some[i], some[i + 1]), far += step(some[i], some[i + kSteps]);
+  return !(far < 1.5f * near);
 }
 
 /// Returns the number of rays before the first long step, or 0.
@@ -60,7 +73,7 @@ RowOrder::RowOrder(std::size_t count, std::size_t width)
     : width_(width), tiled_(width ? count / (kSide * width) * kSide * width : 0) {}
 
 RowOrder RowOrder::find(const RayArray& rays) {
-  if (rays.count() < kSide * kLeastWidth) return {};
+  if (rays.count() < kSide * kLeastWidth || !go_on(rays)) return {};
   const std::size_t width = first_row(rays);
   if (width == 0 || rays.count() < kSide * width) return {};
   const std::size_t rows = rays.count() / width - 1;  // whose next row is there too
