@@ -49,6 +49,7 @@ class Scene {
   /// is empty, or there are more than 2^31 - 1 triangles.
   Scene(const Device& device, std::span<const Mesh> meshes, const SceneOptions& options = {})
       : Scene(device, meshes, nullptr, options) {}
+  /// The same for meshes in braces.
   Scene(const Device& device, std::initializer_list<Mesh> meshes, const SceneOptions& options = {})
       : Scene(device, std::span(meshes.begin(), meshes.size()), nullptr, options) {}
 
@@ -58,6 +59,7 @@ class Scene {
   Scene(const Device& device, std::span<const Mesh> meshes, const Instances& instances,
         const SceneOptions& options = {})
       : Scene(device, meshes, &instances, options) {}
+  /// The same for meshes in braces.
   Scene(const Device& device, std::initializer_list<Mesh> meshes, const Instances& instances,
         const SceneOptions& options = {})
       : Scene(device, std::span(meshes.begin(), meshes.size()), &instances, options) {}
@@ -75,18 +77,19 @@ class Scene {
   /// gone either way. Until then answers are those of the scene as it was. Meshes and instances are named by numbers,
   /// which stay; each is given once. A call that throws adds nothing to the edits. Scenes with animations refuse them.
   ///
-  /// add_mesh() returns the mesh's number; it has no instance yet. replace_mesh() gives a mesh other triangles,
-  /// remove_mesh() removes it and its instances. Throw Error(Argument) as the constructor does.
+  /// add_mesh() returns the mesh's number; it has no instance yet. Throws Error(Argument) as the constructor does.
   std::uint32_t add_mesh(const Mesh& mesh) {
     const BallotMesh m = detail::mesh_of(mesh);
     std::uint32_t number = 0;
     check(ballot_scene_add_mesh(handle_.get(), &m, &number));
     return number;
   }
+  /// Gives a mesh other triangles, any number of them. Throws as add_mesh().
   void replace_mesh(std::uint32_t mesh, const Mesh& with) {
     const BallotMesh m = detail::mesh_of(with);
     check(ballot_scene_replace_mesh(handle_.get(), mesh, &m));
   }
+  /// Removes a mesh and its instances.
   void remove_mesh(std::uint32_t mesh) { check(ballot_scene_remove_mesh(handle_.get(), mesh)); }
 
   /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh of a file three a triangle. They
@@ -103,16 +106,18 @@ class Scene {
     check(ballot_scene_add_instances(handle_.get(), &i, numbers.data()));
     return numbers;
   }
+  /// Removes instances, named by their numbers.
   void remove_instances(std::span<const std::uint32_t> instances) {
     check(ballot_scene_remove_instances(handle_.get(), instances.data(), instances.size()));
   }
 
   /// Moves all instances, in the order of their numbers: a matrix for each, which commit() reads: keep them until then.
-  /// Or moves those that are named. The trees of the meshes stay.
+  /// The trees of the meshes stay.
   void set_transforms(std::span<const float> transforms, std::size_t stride = 0) {
     check(ballot_scene_set_transforms(handle_.get(), nullptr, transforms.data(), detail::matrices(transforms, stride),
                                       stride));
   }
+  /// Moves the instances that are named, a matrix for each.
   void set_transforms(std::span<const std::uint32_t> instances, std::span<const float> transforms,
                       std::size_t stride = 0) {
     detail::check_as_many("matrices", detail::matrices(transforms, stride), instances.size());
@@ -127,9 +132,10 @@ class Scene {
     check(ballot_scene_set_masks(handle_.get(), instances.data(), masks.data(), instances.size()));
   }
 
-  /// Makes the edits true, or drops them. Throws Error(Argument), which names mesh and vertex, or the instance, if
+  /// Makes the edits true. Throws Error(Argument), which names mesh and vertex, or the instance, if
   /// something cannot be; Error(Work) if the device fails.
   void commit() { check(ballot_scene_commit(handle_.get())); }
+  /// Drops the edits.
   void discard() { check(ballot_scene_discard(handle_.get())); }
 
   /// Returns the animations of a scene that was loaded from a glTF file.
@@ -178,6 +184,7 @@ class Scene {
   Job submit(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
     return submit_c(detail::rays_of(rays), results, query);
   }
+  /// The same for rays by their columns.
   Job submit(const RayView& rays, const Results& results, const Query& query = {}) const {
     return submit_c(detail::rays_of(rays), results, query);
   }
@@ -199,6 +206,7 @@ class Scene {
   Times nearest(const Column& points, const NearestResults& results, const PointQuery& query = {}) const {
     return nearest(PointView{points}, results, query);
   }
+  /// The same for points by their column.
   Times nearest(const PointView& points, const NearestResults& results, const PointQuery& query = {}) const {
     const auto p = detail::points_of(points, query);
     const auto to = detail::nearest_of(results);
@@ -223,13 +231,15 @@ class Scene {
   std::vector<std::int64_t> count_crossings(std::span<const Ray> rays, const CrossingQuery& query = {}) const {
     return count_c(detail::rays_of(rays), query);
   }
+  /// The same for rays by their columns.
   std::vector<std::int64_t> count_crossings(const RayView& rays, const CrossingQuery& query = {}) const {
     return count_c(detail::rays_of(rays), query);
   }
-  /// Lists them.
+  /// Lists the crossings that count_crossings() counts.
   Crossings crossings(std::span<const Ray> rays, const CrossingQuery& query) const {
     return list_c(detail::rays_of(rays), query);
   }
+  /// The same for rays by their columns.
   Crossings crossings(const RayView& rays, const CrossingQuery& query) const {
     return list_c(detail::rays_of(rays), query);
   }
@@ -237,18 +247,21 @@ class Scene {
   Crossings crossings(std::span<const Ray> rays, std::uint32_t most = 0) const {
     return crossings(rays, CrossingQuery{.most = most});
   }
+  /// The same for rays by their columns.
   Crossings crossings(const RayView& rays, std::uint32_t most = 0) const {
     return crossings(rays, CrossingQuery{.most = most});
   }
 
+  /// Returns what the scene holds, as it was committed last.
   SceneInfo info() const { return detail::scene_info_of(handle_.get()); }
 
-  /// Return the meshes and the instances. A scene without instances has its meshes in the world, once.
+  /// Returns the meshes, in the order of their numbers.
   std::vector<MeshInfo> meshes() const {
     std::vector<MeshInfo> all;
     for (std::size_t i = 0, n = info().meshes; i < n; ++i) all.push_back(detail::mesh_info_of(handle_.get(), i));
     return all;
   }
+  /// Returns the instances. A scene that was made without has one of each mesh, in the world.
   std::vector<InstanceInfo> instances() const {
     std::vector<InstanceInfo> all;
     for (std::size_t i = 0, n = info().instances; i < n; ++i) all.push_back(detail::instance_info_of(handle_.get(), i));
@@ -303,6 +316,7 @@ class Scene {
     return rgba;
   }
 
+  /// Returns the handle of the C interface, which stays this object's.
   BallotScene* handle() const { return handle_.get(); }
 
  private:

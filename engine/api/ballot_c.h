@@ -35,19 +35,19 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define BALLOT_VERSION_MAJOR 1
-#define BALLOT_VERSION_MINOR 0
-#define BALLOT_VERSION_PATCH 0
+#define BALLOT_VERSION_MAJOR 1 /* the version of this header: programs have to be changed */
+#define BALLOT_VERSION_MINOR 0 /* something was added */
+#define BALLOT_VERSION_PATCH 0 /* faults were mended */
 
 #if defined(_WIN32)
 #define BALLOT_API
 #else
-#define BALLOT_API __attribute__((visibility("default")))
+#define BALLOT_API __attribute__((visibility("default"))) /* what the library exports */
 #endif
 
-/* BALLOT_INIT(BallotMesh) is a struct with its size set and all other members zero. */
 #ifdef __cplusplus
-#define BALLOT_INIT(T) ballot_init<T>()
+#define BALLOT_INIT(T) ballot_init<T>() /* a struct T with its size set and all other members zero */
+/* What BALLOT_INIT is in C++. */
 template <class T>
 inline T ballot_init() {
   T t{};
@@ -56,9 +56,10 @@ inline T ballot_init() {
 }
 extern "C" {
 #else
-#define BALLOT_INIT(T) ((T){.size = sizeof(T)})
+#define BALLOT_INIT(T) ((T){.size = sizeof(T)}) /* a struct T with its size set and all other members zero */
 #endif
 
+/* What functions return: 0, or why they failed. */
 typedef enum BallotStatus {
   BALLOT_OK = 0,
   BALLOT_ERROR_WORK = 1,        /* a file, the driver or the device failed */
@@ -71,16 +72,17 @@ typedef enum BallotStatus {
   BALLOT_NOT_READY = 8          /* of ballot_job_poll() alone: the job still runs */
 } BallotStatus;
 
-typedef struct BallotDevice BallotDevice;
-typedef struct BallotScene BallotScene;
-typedef struct BallotBuffer BallotBuffer;
-typedef struct BallotJob BallotJob;
+typedef struct BallotDevice BallotDevice; /* a device that is open */
+typedef struct BallotScene BallotScene;   /* a scene on a device */
+typedef struct BallotBuffer BallotBuffer; /* an array on a device */
+typedef struct BallotJob BallotJob;       /* a trace in the background */
 
 /* Returns the version of the library that is loaded, such as "1.0.0". The first number changes when programs have to be
  * changed. */
 BALLOT_API const char* ballot_version(void);
 /* Returns the commit that it was built from, or "unknown". */
 BALLOT_API const char* ballot_commit(void);
+/* The arguments whose names ballot_name() lists. */
 typedef enum BallotNames {
   BALLOT_NAMES_METHODS = 0,   /* BallotQuery.method */
   BALLOT_NAMES_NUMERIC = 1,   /* BallotQuery.numeric */
@@ -95,21 +97,23 @@ BALLOT_API const char* ballot_last_error(void);
 
 /* ---- Devices ---------------------------------------------------------------------------------------------------- */
 
+/* What a device is, and whether Ballot can use it. */
 typedef struct BallotDeviceInfo {
   size_t size;
-  char name[256];
-  char driver[256];  /* "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)" */
-  char refusal[512]; /* why Ballot cannot use it; "" if it can */
-  uint32_t is_cpu;   /* 1: a CPU device, such as lavapipe */
-  uint32_t usable;   /* 1: Ballot can use it */
-  uint32_t subgroup_size;
-  uint32_t exports; /* 1: buffers can be shared with other interfaces (ballot_buffer_create) */
+  char name[256];         /* as Vulkan tells it */
+  char driver[256];       /* "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)" */
+  char refusal[512];      /* why Ballot cannot use it; "" if it can */
+  uint32_t is_cpu;        /* 1: a CPU device, such as lavapipe */
+  uint32_t usable;        /* 1: Ballot can use it */
+  uint32_t subgroup_size; /* lanes */
+  uint32_t exports;       /* 1: buffers can be shared with other interfaces (ballot_buffer_create) */
 } BallotDeviceInfo;
 
 /* Writes the devices of this machine, at most `room`, and their number to *count. `infos` may be NULL if room is 0.
  * infos[0].size must be set; the others follow. */
 BALLOT_API BallotStatus ballot_devices(BallotDeviceInfo* infos, size_t room, size_t* count);
 
+/* Which device, and how it is opened. */
 typedef struct BallotDeviceOptions {
   size_t size;
   const char* name;  /* an index, part of a name, "gpu" or "cpu"; NULL: the best GPU, else a CPU device */
@@ -118,10 +122,13 @@ typedef struct BallotDeviceOptions {
 
 /* Opens a device. options may be NULL. */
 BALLOT_API BallotStatus ballot_device_open(const BallotDeviceOptions* options, BallotDevice** device);
+/* Closes a device. What was made on it keeps it open until that is destroyed. */
 BALLOT_API void ballot_device_close(BallotDevice* device);
+/* Tells of an open device. info->size must be set. */
 BALLOT_API BallotStatus ballot_device_info(BallotDevice* device, BallotDeviceInfo* info);
 /* Returns the number of messages of the validation layers so far, or 0. */
 BALLOT_API size_t ballot_device_message_count(BallotDevice* device);
+/* Returns the text of the device's last failed call. */
 BALLOT_API const char* ballot_device_error(BallotDevice* device);
 
 #include "ballot_c_scenes.h" /* meshes, instances, updates */
@@ -135,19 +142,22 @@ BALLOT_API const char* ballot_device_error(BallotDevice* device);
  * it from the origin, off by up to about 2^-22 of the distance: from afar a closed mesh stays closed, but may lie
  * elsewhere as a whole. */
 typedef struct BallotRay {
-  float origin[3], t_min, dir[3], t_max;
+  float origin[3]; /* x, y, z */
+  float t_min;     /* hits before it do not count */
+  float dir[3];    /* x, y, z */
+  float t_max;     /* nor do those behind it; infinity: no end */
 } BallotRay;
 
 /* A hit. On a miss prim is BALLOT_MISS, t infinity, u = v = 0. u and v weigh vertices 1 and 2 of the triangle. */
 typedef struct BallotHit {
-  float t;
-  uint32_t prim;
-  float u, v;
+  float t;       /* distance, in multiples of dir */
+  uint32_t prim; /* the triangle, counted through the instances of the scene */
+  float u, v;    /* barycentric coordinates, 0 to 1 */
 } BallotHit;
-#define BALLOT_MISS 0xFFFFFFFFu
+#define BALLOT_MISS 0xFFFFFFFFu /* the number of no triangle, mesh or instance */
 
 enum { BALLOT_FLOAT32 = 0, BALLOT_FLOAT64 = 1 };
-#define BALLOT_AXES 8
+#define BALLOT_AXES 8 /* the most axes of a shape */
 
 /* One number, or three, of each question, as they lie in the caller's memory, at any address. float64 is rounded to the
  * nearest float32, beyond its range to infinity. Numbers that stand for all questions are read before the call returns,
@@ -163,12 +173,12 @@ typedef struct BallotColumn {
  * results. */
 typedef struct BallotRays {
   size_t size;
-  size_t shape[BALLOT_AXES]; /* a zero behind the first number, and what follows, is no axis */
-  BallotColumn origin, direction;
-  BallotColumn t_min, t_max; /* NULL: 0, and no end */
+  size_t shape[BALLOT_AXES];      /* a zero behind the first number, and what follows, is no axis */
+  BallotColumn origin, direction; /* x, y, z each */
+  BallotColumn t_min, t_max;      /* NULL: 0, and no end */
 } BallotRays;
 
-/* Returns rays that lie as records, or as rows of six floats: origin, direction. */
+/* Returns rays that lie as records. */
 static inline BallotRays ballot_rays(const BallotRay* records, size_t count) {
   BallotRays rays = BALLOT_INIT(BallotRays);
   rays.shape[0] = count;
@@ -179,6 +189,7 @@ static inline BallotRays ballot_rays(const BallotRay* records, size_t count) {
   rays.t_min.stride[0] = rays.t_max.stride[0] = (ptrdiff_t)sizeof(BallotRay);
   return rays;
 }
+/* Returns rays that lie as rows of six floats: origin, direction. */
 static inline BallotRays ballot_rays_of_six(const float* rows, size_t count) {
   BallotRays rays = BALLOT_INIT(BallotRays);
   rays.shape[0] = count;
@@ -192,7 +203,7 @@ static inline BallotRays ballot_rays_of_six(const float* rows, size_t count) {
  * arrays must not overlap the rays or each other. */
 typedef struct BallotHits {
   size_t size;
-  BallotHit* hits;
+  BallotHit* hits;     /* whole hits */
   float* t;            /* distance; on a miss infinity */
   uint32_t* prims;     /* number of the triangle within its mesh; on a miss BALLOT_MISS */
   uint32_t* mesh_ids;  /* BallotMesh::id, or as BallotSceneOptions::ids says; on a miss BALLOT_MISS */
@@ -202,27 +213,29 @@ typedef struct BallotHits {
   uint32_t* instances; /* number of the instance; 0 in scenes without instances; on a miss BALLOT_MISS */
 } BallotHits;
 
+/* A setting of a method, as `ballot methods` lists them: "vote", "count". */
 typedef struct BallotKnob {
-  const char *name, *value;
+  const char *name, *value; /* both as text */
 } BallotKnob;
 
 /* How to find hits. The default finds the nearest, watertight, by the method that is fastest here. */
 typedef struct BallotQuery {
   size_t size;
-  uint32_t any;        /* 0: the nearest hit; 1: some hit, for visibility and shadows */
-  const char* method;  /* `ballot methods` lists them; NULL: "auto" */
-  const char* numeric; /* "watertight", "exact", "plain" or "fast"; NULL: "watertight" */
-  const BallotKnob* knobs;
-  size_t knob_count;
+  uint32_t any;            /* 0: the nearest hit; 1: some hit, for visibility and shadows */
+  const char* method;      /* `ballot methods` lists them; NULL: "auto" */
+  const char* numeric;     /* "watertight", "exact", "plain" or "fast"; NULL: "watertight" */
+  const BallotKnob* knobs; /* settings of the method; NULL: its defaults */
+  size_t knob_count;       /* number of knobs */
   const char*
       ray_class; /* for method auto: primary, shadow, ao, diffuse, coherent or the like; NULL: it looks at the rays */
   /* Called now and then with the share that is done, from the thread that traces; also before the call waits for
    * another one, or for work that does not stop. Returning non-zero ends the call with BALLOT_ERROR_INTERRUPTED; what
    * is written to the outputs by then is unspecified. */
   int (*progress)(void* user, double done);
-  void* user;
+  void* user; /* given to progress */
 } BallotQuery;
 
+/* What a call took. */
 typedef struct BallotTimes {
   size_t size;
   double seconds;   /* wall time of the call */
@@ -250,6 +263,7 @@ BALLOT_API void ballot_job_destroy(BallotJob* job);
 
 /* ---- Arrays that stay on the device ----------------------------------------------------------------------------- */
 
+/* What an array on a device holds. */
 typedef enum BallotRecord {
   BALLOT_RECORD_RAY = 0,             /* BallotRay */
   BALLOT_RECORD_HIT = 1,             /* BallotHit */
@@ -259,6 +273,7 @@ typedef enum BallotRecord {
   BALLOT_RECORD_INSIDE = 5           /* uint32_t */
 } BallotRecord;
 
+/* How an array on a device is made. */
 typedef struct BallotBufferOptions {
   size_t size;
   uint32_t exported; /* 1: other interfaces can use the memory: ballot_buffer_fd(), ballot_buffer_cuda() */
@@ -267,9 +282,11 @@ typedef struct BallotBufferOptions {
 /* Makes an array of records on a device. options may be NULL. */
 BALLOT_API BallotStatus ballot_buffer_create(BallotDevice* device, BallotRecord record, uint64_t count,
                                              const BallotBufferOptions* options, BallotBuffer** buffer);
+/* Destroys an array. */
 BALLOT_API void ballot_buffer_destroy(BallotBuffer* buffer);
-/* Copy records [first, first + count) from and to the host. */
+/* Copies records from the host to [first, first + count). */
 BALLOT_API BallotStatus ballot_buffer_write(BallotBuffer* buffer, uint64_t first, const void* records, uint64_t count);
+/* Copies records [first, first + count) to the host. */
 BALLOT_API BallotStatus ballot_buffer_read(BallotBuffer* buffer, uint64_t first, void* records, uint64_t count);
 /* Returns the buffer's memory in the host's address space, on devices that share it (CPU devices); else NULL. */
 BALLOT_API void* ballot_buffer_host(BallotBuffer* buffer);
@@ -280,6 +297,7 @@ BALLOT_API BallotStatus ballot_buffer_fd(BallotBuffer* buffer, int* fd, uint64_t
  * destroyed. Needs libcuda.so.1. Calls of this library wait for the device before they return; before a call that uses
  * the buffer, wait for your own stream. */
 BALLOT_API BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* address, int* cuda_device);
+/* Returns the text of the array's last failed call. */
 BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 
 /* Traces rays [0, count) of one array and writes their hits to another; both of the scene's device. Returns when the
@@ -299,9 +317,9 @@ BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* 
 typedef struct BallotView {
   size_t size;
   const char* name; /* a view of the scene; NULL: the members below, or if eye equals target the scene's first view */
-  double eye[3], target[3], up[3];
-  double yfov; /* full vertical angle, radians, 0 to pi; 0: pi / 3 */
-  double ymag; /* above 0: orthographic, half the height of the view */
+  double eye[3], target[3], up[3]; /* x, y, z each: where it is, what it looks at, what is up; up zero: +y */
+  double yfov;                     /* full vertical angle, radians, 0 to pi; 0: pi / 3 */
+  double ymag;                     /* above 0: orthographic, half the height of the view */
 } BallotView;
 
 /* Makes the rays of a ray kind (`ballot methods` lists them: "primary", "shadow", "ao", ...) for a view of width x
@@ -309,6 +327,7 @@ typedef struct BallotView {
 BALLOT_API BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const char* kind, uint32_t width,
                                          uint32_t height, BallotRay* rays, size_t room, size_t* count);
 
+/* What is rendered, and where it goes. */
 typedef struct BallotPicture {
   size_t size;
   uint32_t width, height; /* pixels, 1 to 16384 */
@@ -317,8 +336,10 @@ typedef struct BallotPicture {
   float* rgba;            /* width * height * 4 floats, linear Rec.709 and coverage, rows from the top */
   const char* sky; /* as `ballot render --sky` takes it: "none", "gradient", "r,g,b", FILE.exr; NULL: the scene's own */
   int32_t bounces; /* last path depth, 1 to 64; 0: the shading's own */
-  uint32_t seed;
+  uint32_t seed;   /* of the random numbers */
 } BallotPicture;
+
+/* Renders a view. view, query and times may be NULL. */
 BALLOT_API BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const BallotPicture* picture,
                                       const BallotQuery* query, BallotTimes* times);
 

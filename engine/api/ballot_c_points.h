@@ -9,8 +9,8 @@
 /* Points, as BallotRays. */
 typedef struct BallotPoints {
   size_t size;
-  size_t shape[BALLOT_AXES];
-  BallotColumn at; /* x, y, z; a point that is not finite is near nothing, and outside */
+  size_t shape[BALLOT_AXES]; /* as in BallotRays */
+  BallotColumn at;           /* x, y, z; a point that is not finite is near nothing, and outside */
   BallotColumn
       limit; /* triangles farther away are not looked for; NULL: no limit. One for all is above 0; a point whose
                          own is negative or NaN is near nothing, and outside */
@@ -28,13 +28,13 @@ static inline BallotPoints ballot_points(const float* xyz, size_t count) {
  * 0. */
 typedef struct BallotNearest {
   size_t size;
-  float* distances; /* from the nearest triangle, of those as near the one with the smallest number */
-  float* points;    /* x, y, z of the nearest point */
-  uint32_t *prims, *mesh_ids;
-  float *uvs, *normals; /* normals: of the triangle, by the right-hand rule */
-  /* What is inside: by the parity of crossings, of a closed mesh alone, or by BallotPointQuery::sign. */
-  float* signed_distances; /* negative inside */
-  uint8_t* inside;         /* 1: inside */
+  float* distances;           /* from the nearest triangle, of those as near the one with the smallest number */
+  float* points;              /* x, y, z of the nearest point */
+  uint32_t *prims, *mesh_ids; /* of the triangle, as in BallotHits */
+  float *uvs, *normals;       /* two floats: u, v; three: unit normal of the triangle, by the right-hand rule */
+  /* Negative inside. What is inside: by the parity of crossings, of a closed mesh alone, or by BallotPointQuery::sign. */
+  float* signed_distances;
+  uint8_t* inside; /* 1: inside */
 } BallotNearest;
 
 /* What decides the sign of a distance, and what is inside. PARITY: the number of crossings of one ray. PSEUDONORMAL:
@@ -43,14 +43,15 @@ typedef struct BallotNearest {
  * limit a point is not inside. */
 enum { BALLOT_SIGN_PARITY = 0, BALLOT_SIGN_PSEUDONORMAL = 1 };
 
+/* How to answer points. */
 typedef struct BallotPointQuery {
   size_t size;
   uint32_t assume_closed; /* 1: go on although edges are open, or triangles are wound against each other where the sign
                              is by pseudonormals; the answer near these is then arbitrary */
   int (*progress)(void* user, double done); /* as in BallotQuery */
-  void* user;
-  const char* numeric; /* "watertight" or "exact"; NULL: "watertight" */
-  uint32_t sign;       /* BALLOT_SIGN_... */
+  void* user;                               /* given to progress */
+  const char* numeric;                      /* "watertight" or "exact"; NULL: "watertight" */
+  uint32_t sign;                            /* BALLOT_SIGN_... */
 } BallotPointQuery;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
@@ -86,18 +87,18 @@ BALLOT_API BallotStatus ballot_query_points(BallotScene* scene, const BallotPoin
 /* A point on the device, 16 bytes. One with a component that is not finite, or a limit that is negative or NaN, is near
  * nothing, and outside. */
 typedef struct BallotPoint {
-  float at[3];
+  float at[3]; /* x, y, z */
   float limit; /* triangles farther away are not looked for; infinity: no limit */
 } BallotPoint;
 
 /* The nearest point, 32 bytes. Without a triangle within the limit distance is infinite, prim BALLOT_MISS, the rest
  * 0. */
 typedef struct BallotNearestPoint {
-  float at[3];
-  float distance;
-  uint32_t prim; /* the triangle, counted through all meshes of the scene */
-  float u, v;    /* weights of its vertices 1 and 2 */
-  uint32_t spare;
+  float at[3];    /* x, y, z */
+  float distance; /* from the point that was asked for */
+  uint32_t prim;  /* the triangle, counted through all meshes of the scene */
+  float u, v;     /* weights of its vertices 1 and 2 */
+  uint32_t spare; /* without meaning */
 } BallotNearestPoint;
 
 /* Answers points [0, count) of one array by another; both of the scene's device. What is asked is what `answers` holds:
@@ -122,7 +123,7 @@ typedef struct BallotLists {
   /* Takes the crossings of rays [first, first + rays), in parts: those of each ray one after the other, in order of t,
    * at equal t of prim. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. NULL: they are only counted. */
   int (*take)(void* user, uint64_t first, size_t rays, const uint32_t* counts, const BallotHit* hits);
-  void* user;
+  void* user;                /* given to take and progress */
   const char* numeric;       /* "watertight" or "exact"; NULL: "watertight" */
   uint32_t cull;             /* BALLOT_CULL_... */
   const uint32_t* ray_masks; /* of each ray: instances are left out as ballot_scene_set_masks() says; NULL: all bits */

@@ -6,22 +6,24 @@
 #error include ballot/ballot_c.h
 #endif
 
+/* How the indices of a mesh lie in memory. */
 typedef enum BallotIndexType { BALLOT_INDEX_NONE = 0, BALLOT_INDEX_U16 = 1, BALLOT_INDEX_U32 = 2 } BallotIndexType;
 
 /* A triangle mesh. The library copies what it needs before the call returns. */
 typedef struct BallotMesh {
   size_t size;
-  const float* positions; /* x, y, z of each vertex; finite, at most 1e12 */
-  size_t vertex_count;
-  size_t position_stride; /* bytes from one vertex to the next, a multiple of 4; 0: 12 */
-  const void* indices;    /* three for each triangle; NULL: vertices 0 1 2, 3 4 5, ... */
-  size_t index_count;     /* a multiple of 3, at least 3; 0 without indices */
-  BallotIndexType index_type;
-  uint32_t id;          /* any number; BallotHits::mesh_ids reports it */
-  const float* normals; /* unit normal of each vertex, for pictures; NULL: flat */
-  size_t normal_stride; /* bytes, as position_stride */
+  const float* positions;     /* x, y, z of each vertex; finite, at most 1e12 */
+  size_t vertex_count;        /* number of vertices, at least 3 */
+  size_t position_stride;     /* bytes from one vertex to the next, a multiple of 4; 0: 12 */
+  const void* indices;        /* three for each triangle; NULL: vertices 0 1 2, 3 4 5, ... */
+  size_t index_count;         /* a multiple of 3, at least 3; 0 without indices */
+  BallotIndexType index_type; /* 16 or 32 bits; none without indices */
+  uint32_t id;                /* any number; BallotHits::mesh_ids reports it */
+  const float* normals;       /* unit normal of each vertex, for pictures; NULL: flat */
+  size_t normal_stride;       /* bytes, as position_stride */
 } BallotMesh;
 
+/* How a scene is made. */
 typedef struct BallotSceneOptions {
   size_t size;
   /* How the tree is built: "best", "balanced", "fast", "device" or "auto" (see `ballot methods`). NULL: "best" for
@@ -53,13 +55,13 @@ typedef struct BallotSceneOptions {
   /* Called now and then with the share of the tree that is built, by any thread, one at a time. Returning non-zero ends
    * the call with BALLOT_ERROR_INTERRUPTED. */
   int (*progress)(void* user, double done);
-  void* user;
+  void* user; /* given to progress */
 } BallotSceneOptions;
 
 /* Where meshes lie in the world. A mesh may have many instances, or none. */
 typedef struct BallotInstances {
   size_t size;
-  size_t count;
+  size_t count;           /* number of instances */
   const uint32_t* meshes; /* number of each instance's mesh; NULL: 0 */
   /* A 3 x 4 matrix of each instance, row by row, 12 floats: a point p of the mesh lies at m[0..2] . p + m[3] along x,
    * and so on. Finite and invertible; a mirror turns the triangles round, as moved vertices are. */
@@ -104,6 +106,7 @@ BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMe
  * folder or below, unless options->allow_outside is 1; what memory cannot hold is refused beforehand. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
+/* Destroys a scene. */
 BALLOT_API void ballot_scene_destroy(BallotScene* scene);
 
 /* Edits of a scene gather until ballot_scene_commit() makes all of them true at once. If it fails, the scene is as it
@@ -127,6 +130,7 @@ BALLOT_API BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t m
 /* Adds instances of meshes and writes the number of each; numbers may be NULL. */
 BALLOT_API BallotStatus ballot_scene_add_instances(BallotScene* scene, const BallotInstances* instances,
                                                    uint32_t* numbers);
+/* Removes instances, named by their numbers. */
 BALLOT_API BallotStatus ballot_scene_remove_instances(BallotScene* scene, const uint32_t* instances, size_t count);
 /* Moves instances: a matrix for each, as in BallotInstances. instances NULL: all of them, in the order of their
  * numbers; the array is then read by ballot_scene_commit(): keep it until then. A mesh that lay in a tree with others
@@ -145,21 +149,23 @@ BALLOT_API BallotStatus ballot_scene_commit(BallotScene* scene);
 /* Drops the edits. */
 BALLOT_API BallotStatus ballot_scene_discard(BallotScene* scene);
 
+/* An instance of a mesh. */
 typedef struct BallotInstanceInfo {
   size_t size;
   uint32_t mesh;             /* the number of its mesh */
   uint64_t first, triangles; /* its triangles are prim first to first + triangles - 1 */
-  float transform[12];
-  char name[256];     /* of its node in the file, else of its mesh; cut off if it is longer */
-  uint32_t id;        /* its node in the file, as BallotSceneOptions::ids "node"; else its own number */
-  float lo[3], hi[3]; /* a box in the world that holds it; zero if it has no triangle */
-  uint32_t instance;  /* its number */
-  uint32_t mask;
+  float transform[12];       /* 3 x 4, row by row, as in BallotInstances */
+  char name[256];            /* of its node in the file, else of its mesh; cut off if it is longer */
+  uint32_t id;               /* its node in the file, as BallotSceneOptions::ids "node"; else its own number */
+  float lo[3], hi[3];        /* a box in the world that holds it; zero if it has no triangle */
+  uint32_t instance;         /* its number */
+  uint32_t mask;             /* as ballot_scene_set_masks() says */
 } BallotInstanceInfo;
 /* Tells of an instance by its place among them, 0 to BallotSceneInfo::instances - 1; they are in the order of their
  * numbers. */
 BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t place, BallotInstanceInfo* info);
 
+/* An animation of a scene file. */
 typedef struct BallotAnimationInfo {
   size_t size;
   char name[256];    /* cut off if it is longer */
@@ -175,33 +181,35 @@ BALLOT_API BallotStatus ballot_scene_animations(BallotScene* scene, BallotAnimat
  * over meshes that are kept once moves as in ballot_scene_set_transforms(). If it fails, the scene is as it was. */
 BALLOT_API BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double seconds);
 
+/* What a scene holds, and its tree. */
 typedef struct BallotSceneInfo {
   size_t size;
   uint64_t triangles, degenerate; /* of all meshes; degenerate: those without area */
-  uint64_t meshes, views;
-  float lo[3], hi[3]; /* the bounds; zero if the scene is empty */
-  uint64_t nodes, leaves, depth;
-  double sah;           /* expected cost of a random ray that meets the bounds; 0 of several trees */
-  double build_seconds; /* of the last build of the tree; of all trees if there are several */
-  uint64_t instances;
-  uint64_t instance_triangles; /* counted through all instances */
-  double top_seconds;          /* of the last build or refit of the tree over the instances */
+  uint64_t meshes, views;         /* how many there are */
+  float lo[3], hi[3];             /* the bounds; zero if the scene is empty */
+  uint64_t nodes, leaves, depth;  /* of the tree; of all trees if there are several, the deepest one's depth */
+  double sah;                     /* expected cost of a random ray that meets the bounds; 0 of several trees */
+  double build_seconds;           /* of the last build of the tree; of all trees if there are several */
+  uint64_t instances;             /* how many there are */
+  uint64_t instance_triangles;    /* counted through all instances */
+  double top_seconds;             /* of the last build or refit of the tree over the instances */
   double decay; /* sah divided by that at the last build: traces are slower by about this factor; 1 at a build */
   double update_seconds; /* of the last commit or change of time; 0: there was none */
   uint64_t refits;       /* such updates since the last build, which have all refitted the tree */
   uint64_t trees;        /* below the tree over the instances; 0: one tree over all, in the world */
 } BallotSceneInfo;
+/* Tells of a scene as it was committed last. info->size must be set. */
 BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info);
 
+/* A mesh of a scene. */
 typedef struct BallotMeshInfo {
   size_t size;
-  uint32_t id; /* BallotMesh::id, or the mesh or group in the file */
-  /* Its triangles are first to first + triangles - 1 of ballot_scene_triangles(). ballot_scene_instance() tells their
-   * prims. */
-  uint64_t first, triangles;
-  char name[256];     /* as in the file, else "mesh N", or "scene" of one mesh; cut off if it is longer */
-  float lo[3], hi[3]; /* its bounds, in its own space; zero if it has no triangle */
-  uint32_t mesh;      /* its number */
+  uint32_t id;               /* BallotMesh::id, or the mesh or group in the file */
+  uint64_t first, triangles; /* its triangles are first to first + triangles - 1 of ballot_scene_triangles();
+                                ballot_scene_instance() tells their prims */
+  char name[256];            /* as in the file, else "mesh N", or "scene" of one mesh; cut off if it is longer */
+  float lo[3], hi[3];        /* its bounds, in its own space; zero if it has no triangle */
+  uint32_t mesh;             /* its number */
 } BallotMeshInfo;
 /* Tells of a mesh by its place among them, 0 to BallotSceneInfo::meshes - 1; they are in the order of their numbers. */
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo* info);
@@ -212,6 +220,7 @@ BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triang
  * for each of its triangles, or 0 if it was made without. `indices` may be NULL if room is 0. */
 BALLOT_API BallotStatus ballot_scene_indices(BallotScene* scene, uint32_t mesh, uint32_t* indices, size_t room,
                                              size_t* count);
+/* Returns the text of the scene's last failed call. */
 BALLOT_API const char* ballot_scene_error(BallotScene* scene);
 
 #endif

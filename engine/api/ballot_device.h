@@ -38,11 +38,13 @@ class Device {
     check(ballot_device_open(&options, &device));
     handle_ = Owner(device);
   }
+  /// Returns what the device is.
   DeviceInfo info() const {
     auto info = BALLOT_INIT(BallotDeviceInfo);
     check(ballot_device_info(handle_.get(), &info));
     return detail::info_of(info);
   }
+  /// Returns the handle of the C interface, which stays this object's.
   BallotDevice* handle() const { return handle_.get(); }
 
  private:
@@ -53,6 +55,7 @@ class Device {
 /// A trace in the background. The destructor waits for it. Rays and results must stay where they are until then.
 class Job {
  public:
+  /// Takes a job of the C interface, which is then this object's.
   explicit Job(BallotJob* job) : handle_(job) {}
   /// Waits for the end. Throws the Error that the trace would have thrown.
   Times wait() {
@@ -80,11 +83,13 @@ class Array {
     check(ballot_buffer_create(device.handle(), detail::RecordOf<T>::value, count, &options, &buffer));
     handle_ = Owner(buffer);
   }
+  /// Returns the number of records.
   std::size_t size() const { return count_; }
-  /// Copy records to and from the host, beginning with number `first`.
+  /// Copies records from the host, beginning with number `first`.
   void write(std::span<const T> records, std::size_t first = 0) {
     check(ballot_buffer_write(handle_.get(), first, records.data(), records.size()));
   }
+  /// Copies records to the host, beginning with number `first`.
   void read(std::span<T> records, std::size_t first = 0) const {
     check(ballot_buffer_read(handle_.get(), first, records.data(), records.size()));
   }
@@ -102,6 +107,7 @@ class Array {
     check(ballot_buffer_fd(handle_.get(), &result.first, &result.second));
     return result;
   }
+  /// Returns the handle of the C interface, which stays this object's.
   BallotBuffer* handle() const { return handle_.get(); }
 
  private:

@@ -30,7 +30,9 @@ enum class Code {
 /// The only exception that Ballot throws.
 class Error : public std::runtime_error {
  public:
+  /// Of a kind, with a text of one line.
   Error(Code code, const std::string& text) : std::runtime_error(text), code_(code) {}
+  /// Returns the kind of the failure; what() returns the text.
   Code code() const { return code_; }
 
  private:
@@ -53,6 +55,7 @@ enum class Names {
   RayKinds = BALLOT_NAMES_RAY_KINDS,  // Scene::make_rays()
   Shadings = BALLOT_NAMES_SHADINGS,   // Picture::shading
 };
+/// Returns the names that an argument takes.
 inline std::vector<std::string> names(Names which) {
   std::vector<std::string> list;
   while (const char* name = ballot_name(BallotNames(which), list.size())) list.emplace_back(name);
@@ -67,31 +70,37 @@ using Ray = BallotRay;
 /// Numbers of questions as they lie in the caller's memory: one of each, or three, a point or direction. double is
 /// rounded to the nearest float, beyond its range to infinity.
 struct Column {
+  /// Bytes from one question to the next along each axis.
   using Strides = std::array<std::ptrdiff_t, BALLOT_AXES>;
 
   Column() = default;  // the default of what it is for
   /// One for all questions.
   Column(float number) : kind(Kind::Own), own{number}, numbers(1) {}
+  /// One point or direction for all questions.
   Column(float x, float y, float z) : kind(Kind::Own), own{x, y, z}, numbers(3) {}
   /// Numbers side by side, as of a vector, an array or a span. Those of one question alone are one for all.
   template <std::convertible_to<std::span<const float>> Numbers>
   Column(const Numbers& side_by_side) : Column(std::span<const float>(side_by_side), BALLOT_FLOAT32) {}
+  /// The same for double.
   template <std::convertible_to<std::span<const double>> Numbers>
   Column(const Numbers& side_by_side) : Column(std::span<const double>(side_by_side), BALLOT_FLOAT64) {}
   /// At any stride: bytes from one question to the next along each axis of the view's shape, 0: one for all; `gap`:
   /// bytes between a number and the next of its three.
   Column(const float* first, const Strides& bytes, std::ptrdiff_t gap_bytes = 0)
       : kind(Kind::Strided), data(first), strides(bytes), gap(gap_bytes) {}
+  /// The same for double.
   Column(const double* first, const Strides& bytes, std::ptrdiff_t gap_bytes = 0)
       : kind(Kind::Strided), data(first), strides(bytes), gap(gap_bytes), type(BALLOT_FLOAT64) {}
 
-  enum class Kind { None, Own, SideBySide, Strided } kind = Kind::None;
-  const void* data = nullptr;
-  std::array<float, 3> own = {};
-  std::size_t numbers = 0;  // of `own`, or side by side
-  Strides strides = {};
-  std::ptrdiff_t gap = 0;
-  std::uint32_t type = BALLOT_FLOAT32;
+  /// Where the numbers are: nowhere, in `own`, or at `data`.
+  enum class Kind { None, Own, SideBySide, Strided };
+  Kind kind = Kind::None;               // as it was made
+  const void* data = nullptr;           // the first number
+  std::array<float, 3> own = {};        // numbers that stand for all questions
+  std::size_t numbers = 0;              // of `own`, or side by side
+  Strides strides = {};                 // as they were given
+  std::ptrdiff_t gap = 0;               // bytes between the three numbers of a question; 0: side by side
+  std::uint32_t type = BALLOT_FLOAT32;  // or BALLOT_FLOAT64
 
  private:
   template <class T>
@@ -105,30 +114,31 @@ using Shape = std::array<std::size_t, BALLOT_AXES>;
 
 /// Rays by their columns, as {.origins = {0, 0, 9}, .directions = all, .t_max = 2}.
 struct RayView {
-  Column origins, directions;
+  Column origins, directions;     // three numbers each
   Column t_min = {}, t_max = {};  // 0, and no end
-  Shape shape = {};
+  Shape shape = {};               // empty: that of the columns
 };
 
 /// Points by their column, where that has strides.
 struct PointView {
-  Column at;
-  Shape shape = {};
+  Column at;         // three numbers each
+  Shape shape = {};  // empty: that of the column
 };
 
 /// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t infinity, and u = v = 0. u and v are
 /// the barycentric coordinates of the triangle's vertices 1 and 2. prim counts triangles through all meshes of the
 /// scene, or through all its instances.
 using Hit = BallotHit;
+/// The number of no triangle, mesh or instance.
 inline constexpr std::uint32_t kMiss = BALLOT_MISS;
 
 /// A device, as devices() lists it.
 struct DeviceInfo {
-  std::string name, driver;
-  std::string refusal;  // why Ballot cannot use it; empty: it can
-  bool is_cpu = false;
-  std::uint32_t subgroup_size = 0;
-  bool exports = false;  // its arrays can be shared with CUDA and others
+  std::string name, driver;         // such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
+  std::string refusal;              // why Ballot cannot use it; empty: it can
+  bool is_cpu = false;              // a CPU device, such as lavapipe
+  std::uint32_t subgroup_size = 0;  // lanes
+  bool exports = false;             // its arrays can be shared with CUDA and others
 };
 
 /// A triangle mesh in the caller's memory, read before the scene's constructor returns.
@@ -151,6 +161,7 @@ struct Instances {
   std::span<const std::uint32_t> masks = {};   // of each, as Scene::set_masks() says; empty: all bits
 };
 
+/// How a scene is made.
 struct SceneOptions {
   /// How the tree is built: "best", "balanced", "fast", "device" or "auto" (`ballot methods` says what they are).
   /// Empty: of meshes "auto", which is "device" on a GPU and "balanced" on a CPU unless expected_rays says otherwise;
@@ -184,10 +195,10 @@ struct SceneOptions {
 
 /// How to find hits.
 struct Query {
-  bool any = false;                    // some hit, for visibility and shadows; false: the nearest
-  std::string method = "auto";         // `ballot methods` lists them
-  std::string numeric = "watertight";  // "watertight", "exact", "plain", "fast"
-  std::map<std::string, std::string> knobs = {};
+  bool any = false;                               // some hit, for visibility and shadows; false: the nearest
+  std::string method = "auto";                    // `ballot methods` lists them
+  std::string numeric = "watertight";             // "watertight", "exact", "plain", "fast"
+  std::map<std::string, std::string> knobs = {};  // settings of the method, such as {"vote", "count"}
   std::string ray_class = {};  // for method auto: a ray kind, or coherent, mixed, incoherent; empty: it looks
   /// Called now and then with the share done. Returning false ends the call with Error(Interrupted); the outputs are
   /// then unspecified. Must not throw.
@@ -197,8 +208,8 @@ struct Query {
 /// Where results go: arrays of one entry for each ray. Null pointers are not written. On a miss t is infinity, numbers
 /// are kMiss, and the others are 0.
 struct Results {
-  Hit* hits = nullptr;
-  float* t = nullptr;
+  Hit* hits = nullptr;                 // whole hits
+  float* t = nullptr;                  // distance, in multiples of the direction
   std::uint32_t* prims = nullptr;      // number of the triangle within its mesh, unlike Hit::prim
   std::uint32_t* mesh_ids = nullptr;   // Mesh::id, or as SceneOptions::ids says
   float* uvs = nullptr;                // two floats
@@ -207,6 +218,7 @@ struct Results {
   std::uint32_t* instances = nullptr;  // number of the instance
 };
 
+/// What a call took.
 struct Times {
   double seconds = 0;      // wall time of the call
   double device_ms = 0;    // of the traversal on the device
@@ -216,10 +228,10 @@ struct Times {
 /// Where the answers for points go: arrays with an entry for each point; those that are null are not written. Without a
 /// triangle within the limit distances are infinite, numbers kMiss, and the rest 0.
 struct NearestResults {
-  float* distances = nullptr;
-  float* points = nullptr;         // x y z of the nearest point
-  std::uint32_t* prims = nullptr;  // number of its triangle within its mesh
-  std::uint32_t* mesh_ids = nullptr;
+  float* distances = nullptr;         // from the nearest triangle, of those as near the one with the smallest number
+  float* points = nullptr;            // x y z of the nearest point
+  std::uint32_t* prims = nullptr;     // number of its triangle within its mesh
+  std::uint32_t* mesh_ids = nullptr;  // as Results::mesh_ids
   float* uvs = nullptr;               // u v: two floats
   float* normals = nullptr;           // x y z: unit normal of the triangle
   float* signed_distances = nullptr;  // negative inside; of a closed mesh, or by PointQuery::sign
@@ -231,18 +243,19 @@ struct NearestResults {
 /// normals there; meshes with open edges too, if their triangles are wound alike.
 enum class Sign : std::uint32_t { Parity = BALLOT_SIGN_PARITY, Pseudonormal = BALLOT_SIGN_PSEUDONORMAL };
 
-/// A point on the device, 16 bytes: float at[3], limit. And its answer, 32 bytes: float at[3], distance, uint32 prim,
-/// float u, v, and a spare word. ballot_c_points.h says what they hold.
+/// A point on the device, 16 bytes: float at[3], limit.
 using Point = BallotPoint;
+/// Its answer, 32 bytes: float at[3], distance, uint32 prim, float u, v, and a spare word.
 using NearestPoint = BallotNearestPoint;
 
+/// How to answer points.
 struct PointQuery {
   /// Triangles farther away are not looked for: one above 0 for all, or of each point. Arrays on the device have their
   /// own.
   Column limit = {};           // no limit
   bool assume_closed = false;  // go on with a mesh that `sign` refuses; answers near its faults are then arbitrary
-  std::string numeric = "watertight";  // or "exact": decided as by exact arithmetic
-  Sign sign = Sign::Parity;
+  std::string numeric = "watertight";              // or "exact": decided as by exact arithmetic
+  Sign sign = Sign::Parity;                        // what decides what is inside
   std::function<bool(double done)> progress = {};  // as Query::progress; told no share of arrays on the device
 };
 
@@ -254,7 +267,7 @@ enum class Cull : std::uint32_t { None = BALLOT_CULL_NONE, Back = BALLOT_CULL_BA
 struct CrossingQuery {
   std::uint32_t most = 0;              // list the first so many of each ray; 0: all
   std::string numeric = "watertight";  // or "exact": numbers and order of exact arithmetic; of instances by t
-  Cull cull = Cull::None;
+  Cull cull = Cull::None;              // which triangles are left out
   std::span<const std::uint32_t> ray_masks = {};  // of each ray, as Scene::set_masks() says; empty: all bits
   bool alpha = false;  // leave out a triangle where its surface stops nothing: BallotLists::alpha
   std::function<bool(double done)> progress = {};  // as Query::progress
@@ -262,15 +275,17 @@ struct CrossingQuery {
 
 /// All crossings of rays: those of ray i are hits[counts[0] + ... + counts[i - 1]] and the counts[i] - 1 behind it.
 struct Crossings {
-  std::vector<std::int64_t> counts;
-  std::vector<Hit> hits;  // of each ray in order of t, at equal t in order of prim
+  std::vector<std::int64_t> counts;  // of each ray
+  std::vector<Hit> hits;             // of each ray in order of t, at equal t in order of prim
 };
 
+/// What a scene holds, and its tree.
 struct SceneInfo {
   std::uint64_t triangles = 0, degenerate = 0, meshes = 0, views = 0;  // degenerate: triangles without area
   float lo[3] = {}, hi[3] = {};                                        // the bounds; zero if the scene is empty
-  std::uint64_t nodes = 0, leaves = 0, depth = 0;
-  double sah = 0, build_seconds = 0;
+  std::uint64_t nodes = 0, leaves = 0, depth = 0;  // of the tree; of all trees, and the deepest one's depth
+  double sah = 0;            // expected cost of a random ray that meets the bounds; 0 of several trees
+  double build_seconds = 0;  // of the last build of the tree; of all trees if there are several
   std::uint64_t instances = 0, instance_triangles = 0;  // triangles counted through all instances
   double top_seconds = 0;                               // of the last build or refit of the tree over the instances
   double decay = 1;           // sah divided by that at the last build: traces are slower by about this factor
@@ -281,28 +296,28 @@ struct SceneInfo {
 
 /// A mesh of a scene: triangles `first` to first + triangles - 1 of Scene::triangles().
 struct MeshInfo {
-  std::string name = {};  // as in the file, else "mesh N", or "scene" of one; cut off after 255 bytes
-  std::uint32_t id = 0;   // Mesh::id, or the mesh or group in the file
-  std::uint64_t first = 0, triangles = 0;
-  float lo[3] = {}, hi[3] = {};  // its bounds, in its own space; zero if it has no triangle
-  std::uint32_t mesh = 0;        // its number
+  std::string name = {};                   // as in the file, else "mesh N", or "scene" of one; cut off after 255 bytes
+  std::uint32_t id = 0;                    // Mesh::id, or the mesh or group in the file
+  std::uint64_t first = 0, triangles = 0;  // the first one's number, and how many
+  float lo[3] = {}, hi[3] = {};            // its bounds, in its own space; zero if it has no triangle
+  std::uint32_t mesh = 0;                  // its number
 };
 
 /// An instance of a mesh: Hit::prim is `first` to first + triangles - 1.
 struct InstanceInfo {
-  std::string name = {};   // of its node in the file, else of its mesh; cut off after 255 bytes
-  std::uint32_t id = 0;    // its node in the file; else its own number
-  std::uint32_t mesh = 0;  // its number
-  std::uint64_t first = 0, triangles = 0;
-  float transform[12] = {};      // as Instances::transforms
-  float lo[3] = {}, hi[3] = {};  // a box in the world that holds it; zero if it has no triangle
-  std::uint32_t instance = 0;    // its number
-  std::uint32_t mask = 0;
+  std::string name = {};                   // of its node in the file, else of its mesh; cut off after 255 bytes
+  std::uint32_t id = 0;                    // its node in the file; else its own number
+  std::uint32_t mesh = 0;                  // its number
+  std::uint64_t first = 0, triangles = 0;  // the first one's number, and how many
+  float transform[12] = {};                // as Instances::transforms
+  float lo[3] = {}, hi[3] = {};            // a box in the world that holds it; zero if it has no triangle
+  std::uint32_t instance = 0;              // its number
+  std::uint32_t mask = 0;                  // as Scene::set_masks() says
 };
 
 /// An animation of a scene file.
 struct AnimationInfo {
-  std::string name = {};
+  std::string name = {};       // as in the file
   double seconds = 0;          // its times are 0 to this
   std::uint64_t channels = 0;  // what it moves; 0: nothing
 };
@@ -310,18 +325,19 @@ struct AnimationInfo {
 /// A camera, as in glTF: it looks along -z of its frame, with +y up.
 struct View {
   std::string name = {};  // a view of the scene; empty: the members below, or the scene's first view if eye is target
-  double eye[3] = {0, 0, 0}, target[3] = {0, 0, 0}, up[3] = {0, 1, 0};
-  double yfov = 0;  // full vertical angle; 0: pi / 3
+  double eye[3] = {0, 0, 0}, target[3] = {0, 0, 0}, up[3] = {0, 1, 0};  // where it is, what it looks at, what is up
+  double yfov = 0;                                                      // full vertical angle; 0: pi / 3
   double ymag = 0;  // above 0: orthographic, half the height of the view
 };
 
+/// What to render.
 struct Picture {
   std::uint32_t width = 512, height = 512;  // pixels, 1 to 16384
   std::uint32_t samples = 1;                // of each pixel, 1 to 65536
   std::string shading = "eyelight";         // or "normals", "ao", "whitted", "path"
   std::string sky = {};                     // a sky as `ballot render --sky` takes it; empty: the scene's own
   std::int32_t bounces = 0;                 // last path depth, 1 to 64; 0: the shading's own
-  std::uint32_t seed = 0;
+  std::uint32_t seed = 0;                   // of the random numbers
 };
 
 }  // namespace v1

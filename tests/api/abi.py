@@ -46,7 +46,7 @@ def printed(text: str) -> list[str]:
             f'printf("struct {name} %zu: {m}, %zu bytes\\n", offsetof({name}, {m}), sizeof((({name}*)0)->{m}));'
             for m in members(body)
         ]
-    constants = re.findall(r"^#define (BALLOT_\w+) \(?(?:0x)?[0-9A-Fa-f]+[uU]?\)?$", text, flags=re.M)
+    constants = re.findall(r"^#define (BALLOT_\w+) \(?(?:0x)?[0-9A-Fa-f]+[uU]?\)? *$", text, flags=re.M)
     for body in re.findall(r"enum(?: \w+)? \{(.*?)\}", text, flags=re.S):
         constants += re.findall(r"(?:^|,)\s*(\w+)", body)
     lines += [f'printf("{name} = %lld\\n", (long long){name});' for name in constants]
