@@ -7,7 +7,7 @@
     image = ballot.render(scene, width=640, height=480)
 
 Devices   Device opens one; without it, everything shares default_device(): the best GPU, else a CPU device.
-Scenes    Scene, load_scene; Scene.update moves vertices, Scene.set_time plays animations; a Job traces meanwhile.
+Scenes    Scene, load_scene; Scene.set_vertices moves vertices, Scene.set_time plays animations; a Job traces meanwhile.
 Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
 On GPUs   Array holds rays or hits on the device; CUDA's libraries fill and read it without a copy.

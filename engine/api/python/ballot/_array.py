@@ -52,19 +52,23 @@ class Array(Closable):
 
     @property
     def record(self) -> str:
+        """What it holds, as it was made: "rays", "hits", ..."""
         return self._record
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """(count, numbers of a record), or (count,) where a record is one number."""
         width = _WIDTHS[self._record]
         return (self._count, width) if width > 1 else (self._count,)
 
     @property
     def dtype(self) -> np.dtype:
+        """float32; of "inside" uint32."""
         return np.dtype(np.uint32 if self._record == "inside" else np.float32)
 
     @property
     def exported(self) -> bool:
+        """Whether other interfaces can use the memory."""
         return self._exported
 
     def __len__(self) -> int:

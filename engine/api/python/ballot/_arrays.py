@@ -10,9 +10,11 @@ import numpy as np
 
 from . import _ballot
 
+#: dtype of a ray, 32 bytes: hits are sought at origin + t * dir, t in [t_min, t_max].
 RAY = np.dtype([("origin", "<f4", 3), ("t_min", "<f4"), ("dir", "<f4", 3), ("t_max", "<f4")])
+#: dtype of a hit, 16 bytes; Scene.trace() says what it holds.
 HIT = np.dtype([("t", "<f4"), ("prim", "<u4"), ("u", "<f4"), ("v", "<f4")])
-MISS = 0xFFFFFFFF
+MISS = 0xFFFFFFFF  #: the number of no triangle, mesh or instance
 
 FLOATS = (np.dtype(np.float32), np.dtype(np.float64))
 _DEVICES = {2: "CUDA", 3: "CUDA, pinned", 7: "Vulkan", 8: "Metal", 10: "ROCm", 13: "CUDA, managed", 14: "oneAPI"}

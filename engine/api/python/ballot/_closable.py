@@ -14,6 +14,7 @@ class Closable:
 
     @property
     def closed(self) -> bool:
+        """Whether close() was called."""
         return bool(self._handle.closed)
 
     def close(self) -> None:

@@ -15,12 +15,12 @@ from ._errors import Error
 class DeviceInfo(NamedTuple):
     """A Vulkan device of this machine."""
 
-    name: str
-    driver: str  # such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
-    refusal: str  # why Ballot cannot use it; "" if it can
-    is_cpu: bool  # a CPU device, such as lavapipe
-    subgroup_size: int
-    exports: bool  # its arrays can be shared with CUDA and others
+    name: str  #: as Vulkan tells it
+    driver: str  #: such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
+    refusal: str  #: why Ballot cannot use it; "" if it can
+    is_cpu: bool  #: a CPU device, such as lavapipe
+    subgroup_size: int  #: lanes
+    exports: bool  #: its arrays can be shared with CUDA and others
 
 
 def devices() -> list[DeviceInfo]:
@@ -54,6 +54,7 @@ class Device(Closable):
 
     @property
     def info(self) -> DeviceInfo:
+        """What the device is."""
         return DeviceInfo(*self._handle.info())
 
     @property

@@ -23,7 +23,7 @@ class Picture(np.ndarray):
     cut out, picture[a:b, c:d], is a Picture too. Its `lit` says whether its colours are those of light.
     """
 
-    lit: bool = False
+    lit: bool = False  #: whether its colours are those of light: of the shadings "whitted" and "path"
 
     def __array_finalize__(self, source: Any) -> None:
         self.lit = getattr(source, "lit", False)

@@ -12,9 +12,9 @@ from . import _ballot
 class Times(NamedTuple):
     """What a call took."""
 
-    seconds: float  # wall time of the call inside the library
-    device_ms: float  # time of the traversal on the device
-    hits: int  # rays that hit, or points that found a triangle; 0 for arrays on the device: not counted
+    seconds: float  #: wall time of the call inside the library
+    device_ms: float  #: time of the traversal on the device
+    hits: int  #: rays that hit, or points that found a triangle; 0 for arrays on the device: not counted
 
 
 def text(value: Any, name: str) -> str:

@@ -56,7 +56,7 @@ class RaycastingScene:
     ([1.0, inf], [0, 4294967295])
     """
 
-    INVALID_ID = 4294967295
+    INVALID_ID = 4294967295  #: the ID of no geometry and no primitive
 
     def __init__(
         self, nthreads: int = 0, device: Any = None, *, builder: str = "", numeric: str = "watertight"
@@ -68,7 +68,7 @@ class RaycastingScene:
         self._meshes: list[tuple[np.ndarray, np.ndarray]] = []
         self._scene: Scene | None = None
         self._lock = threading.Lock()
-        self.times: Times | None = None  # of the last call, in whichever thread
+        self.times: Times | None = None  #: of the last call, in whichever thread
 
     def add_triangles(self, vertex_positions: Any, triangle_indices: Any = None) -> int:
         """Adds a mesh and returns its geometry ID: 0 for the first, then 1, ...

@@ -137,6 +137,7 @@ class Scene(Edits, Queries):
 
     @property
     def info(self) -> SceneInfo:
+        """What the scene holds, as it was committed last."""
         return SceneInfo(*self._handle.info())
 
     @property
