@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tools"))
 
 from dev import Failed, bundle, gallery, mutations, packages, run  # noqa: E402
+from dev.reference import comments  # noqa: E402
 
 
 class Packages(unittest.TestCase):
@@ -63,6 +64,20 @@ class Faults(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for i, fault in enumerate(mutations.FAULTS):
                 mutations.put_in(fault, Path(folder) / str(i))
+
+
+class Reference(unittest.TestCase):
+    def test_tables_of_comments_become_lists(self):
+        rows = ["Finds.", "", "rays    (n, 8)", "        floats", "out_ray (n,)", "", "    code()", "", "t  time"]
+        made = ["Finds.", "- **rays** (n, 8)", "  floats", "- **out_ray** (n,)", "::", "    code()", "- **t** time"]
+        self.assertEqual([row for row in comments.as_lists(rows, "::") if row], made)
+        made[4:6] = ["@code", "    code()", "@endcode"]
+        self.assertEqual([row for row in comments.as_lists(rows) if row], made)
+
+    def test_a_comment_documents_all_that_a_line_declares(self):
+        made = comments.documentation("// Types.\n#pragma once\nstruct A {\n  int a, b = 0;  // two\n};  // of A\n")
+        self.assertIn("/** @file\nTypes.", made)
+        self.assertIn("int a, /**< two */ b = 0; /**< two */", made)
 
 
 class Commands(unittest.TestCase):

@@ -98,6 +98,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--library", type=Path, required=True, help="libballot.so of the build folder")
     parser.add_argument("--folder", type=Path, required=True, help="where the environment is kept")
+    parser.add_argument("--no-tests", action="store_true", help="install the package and stop")
     options = parser.parse_args()
     options.folder, options.library = options.folder.resolve(), options.library.resolve()
     options.folder.mkdir(parents=True, exist_ok=True)
@@ -109,6 +110,8 @@ def main() -> None:
     run(
         python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--force-reinstall", made
     )
+    if options.no_tests:
+        return
     run(python, "-X", "dev", "-m", "unittest", "discover", "-s", PACKAGE / "tests", cwd=options.folder,
         env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})  # fmt: skip
     for manual in ("engine/api/README.md", "README.md"):

@@ -14,7 +14,8 @@ sys.dont_write_bytecode = True  # no __pycache__ in the source tree
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from dev import PRESETS, ROOT, Failed, build, run  # noqa: E402
-from dev import bundle as bundles, fuzz as fuzzing, gallery, mesa, mutations as faults, packages  # noqa: E402
+from dev import bundle as bundles, docs as reference, fuzz as fuzzing, gallery, mesa, mutations as faults  # noqa: E402
+from dev import packages  # noqa: E402
 
 SETUP = """
 First it sets up the machine and builds: it lists missing packages of Debian 12 with their reasons and installs them
@@ -104,6 +105,15 @@ def fuzz(options: argparse.Namespace, rest: list[str]) -> int:
     return fuzzing.fuzz(rest, options.minutes, options.jobs)
 
 
+def docs(options: argparse.Namespace, rest: list[str]) -> int:
+    folder = ROOT / "build" / options.preset
+    if not options.check:
+        set_up(options, "docs", targets=["ballot", "ballot_api"])
+        run(sys.executable, ROOT / "tests/python_package.py", "--library", folder / "libballot.so", "--folder",
+            folder / "python", "--no-tests")
+    return reference.make(folder, options.check)
+
+
 COMMANDS = {  # name: (function, the words it takes beside its options, summary, the rest of its help)
     "render": (render, "[SCENE] [ballot's options ...]", "set up, make the five pictures of the gallery, or of a scene",
                SETUP + """
@@ -133,6 +143,12 @@ The Vulkan loader chooses the driver; VK_DRIVER_FILES and LP_NATIVE_VECTOR_WIDTH
 Takes the files of the work tree and of the last ten commits, the newest first; a header is checked through the .cpp of
 its name. A file takes about three seconds.
 """),
+    "docs": (docs, "", "make the reference in HTML, build/docs/index.html", SETUP + """
+The reference holds the manuals, the docstrings of the Python package, the comments of the C and C++ headers, and the
+gallery. The exit code is 1, after a list of the faults, if a link between pages or to a file is broken, or if a public
+name of Python, C or C++ has no text. --check takes the package as it is installed in build/PRESET/python. Needs PyPI
+once, for Sphinx, MyST and Breathe in build/reference/venv.
+"""),
     "bundle": (bundle, "[DIR]", "make a relocatable folder", SETUP + """
 DIR (out/ballot) gets bin/ballot, the libraries that it needs except glibc and the Vulkan loader, and two scenes; the
 shaders are inside the program. It runs from any folder on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
@@ -146,14 +162,15 @@ build/fuzz/corpus, inputs that fail in build/fuzz/findings.
 }
 OPTIONS = (  # (commands, name, settings)
     ((*COMMANDS,), "--no-install", {"action": "store_true", "help": "list missing packages and stop"}),
-    (("render", "test", "build", "mutations", "bundle"), "--preset",
+    (("render", "test", "build", "mutations", "docs", "bundle"), "--preset",
      {"choices": PRESETS, "default": "release", "help": "the preset to build in build/PRESET [release]"}),
-    (("render", "test", "build", "mutations", "bundle", "fuzz"), "--jobs",
+    (("render", "test", "build", "mutations", "docs", "bundle", "fuzz"), "--jobs",
      {"type": int, "metavar": "N", "help": "compilers to run at once [as many as cores and memory allow]"}),
     (("test",), "--all", {"action": "store_true", "help": "also run tests with the label `extended`"}),
     (("test",), "--asan", {"action": "store_true", "help": "the same as --preset asan"}),
     (("build",), "--no-tests", {"action": "store_true", "help": "leave the tests out, and the packages they need"}),
     (("fmt",), "--check", {"action": "store_true", "help": "change no file; fail if one is not formatted"}),
+    (("docs",), "--check", {"action": "store_true", "help": "make nothing; fail if it has faults"}),
     (("lint",), "--all", {"action": "store_true", "help": "check every file"}),
     (("lint",), "--files", {"type": int, "default": 40, "metavar": "N", "help": "check N files at most [40]"}),
     (("bundle",), "--archive", {"action": "store_true", "help": "also write DIR.tar.gz"}),
