@@ -32,7 +32,8 @@ typedef struct BallotNearest {
   float* points;              /* x, y, z of the nearest point */
   uint32_t *prims, *mesh_ids; /* of the triangle, as in BallotHits */
   float *uvs, *normals;       /* two floats: u, v; three: unit normal of the triangle, by the right-hand rule */
-  /* Negative inside. What is inside: by the parity of crossings, of a closed mesh alone, or by BallotPointQuery::sign. */
+  /* Negative inside. What is inside: by the parity of crossings, of a closed mesh alone, or by
+   * BallotPointQuery::sign. */
   float* signed_distances;
   uint8_t* inside; /* 1: inside */
 } BallotNearest;
