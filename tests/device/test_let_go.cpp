@@ -101,5 +101,24 @@ TEST_F(LetGo, MovesBringBack) {
   EXPECT_EQ(count_different(expected, hits_of(*world, rays, {.method = "while-while"})), 0u);
 }
 
+// The host's copy comes back from what the device has, which stays if another mesh finds no room.
+TEST_F(LetGo, WhatTheDeviceHasStaysIfThereIsNoRoom) {
+  Context narrow(options());
+  narrow.lower_limits(8000, 250'000);
+  JoinedArray array(narrow, Access::Storage, "leaves");
+  const std::vector<JoinedArray::Wanted> both{{0, 100}, {1, 100}}, large{{1, 1'000'000}};
+  array.make_room(2, both);
+  std::vector<glm::uvec4> texels(100);
+  for (std::uint32_t i = 0; i < texels.size(); ++i) texels[i] = glm::uvec4(i);
+  array.upload(0, texels);
+  array.set_revision(0, 7);
+  EXPECT_THROW(array.make_room(2, large), Error);
+  ASSERT_TRUE(array.is_current(0, 7));
+  const std::vector<glm::uvec4> found = array.download(0);
+  EXPECT_TRUE(std::equal(texels.begin(), texels.end(), found.begin()));
+  array.make_room(2, std::span(both).subspan(1));
+  EXPECT_TRUE(array.is_current(0, 7));
+}
+
 }  // namespace
 }  // namespace ballot

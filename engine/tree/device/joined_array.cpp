@@ -46,8 +46,7 @@ void JoinedArray::make_room(std::size_t meshes, std::span<const Wanted> wanted) 
       fail(Failure::Work, "{} of meshes 0 to {}: {} bytes; at most {} can be addressed; use fewer or smaller meshes",
            name_, i, all * sizeof(glm::uvec4), kMostTexels * sizeof(glm::uvec4));
   }
-  if (kept.empty()) texels_.reset();  // before the new memory
-  regions_.clear();                   // of nothing, should there be no room
+  if (kept.empty()) texels_.reset(), regions_.clear();  // before the new memory; else they stay if there is no room
   const bool in_parts = meshes > 1 && has(access_, Access::Address);
   Texels made(gpu_, all, in_parts ? access_ | Access::Parts : access_, name_);
   if (!kept.empty()) made.copy_parts(*texels_, kept);
