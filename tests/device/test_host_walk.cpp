@@ -7,29 +7,15 @@
 #include "engine/answer/point_queries.h"
 #include "tests/device/fixture.h"
 #include "tests/device/ray_sets.h"
+#include "tests/device/scene_cases.h"
 
 namespace ballot {
 namespace {
 
 using namespace harness;
+using namespace scene_cases;
 
-struct WalkCase {
-  const char* name;
-  shapes::Triangles (*make)();
-};
-
-void PrintTo(const WalkCase& scene, std::ostream* out) { *out << scene.name; }
-
-const WalkCase kWalkCases[] = {
-    {"none", [] { return shapes::Triangles{}; }},
-    {"one", [] { return shapes::soup(1, 1); }},
-    {"identical", [] { return shapes::identical(100); }},
-    {"coplanar", [] { return shapes::coplanar(200); }},
-    {"soup", [] { return shapes::soup(3000, 0.1f); }},
-    {"sphere", [] { return shapes::sphere(5); }},
-    {"slivers", [] { return shapes::slivers(150); }},
-    {"hugeAndTiny", [] { return shapes::huge_and_tiny(400); }},
-    {"sameCentroid", [] { return shapes::same_centroid(120); }},
+const SceneCase kFarSmallLarge[] = {
     {"far",
      [] {
        return shapes::moved(shapes::sphere(4), {3000, -200, 1e5f});
@@ -79,7 +65,7 @@ std::vector<ProbePoint> probes_about(const shapes::Triangles& triangles, const B
   return points;
 }
 
-class HostWalks : public DeviceTest, public testing::WithParamInterface<WalkCase> {
+class HostWalks : public DeviceTest, public testing::WithParamInterface<SceneCase> {
  protected:
   void SetUp() override {
     gpu_->set_answers_few(true);
@@ -138,8 +124,9 @@ TEST_P(HostWalks, FindTheNearestPointsOfTheKernelsBitForBit) {
   EXPECT_TRUE(std::memcmp(few.data(), found.data(), 20 * sizeof(Nearest)) == 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, HostWalks, testing::ValuesIn(kWalkCases),
-                         [](const testing::TestParamInfo<WalkCase>& given) { return given.param.name; });
+INSTANTIATE_TEST_SUITE_P(Scenes, HostWalks, testing::ValuesIn(kScenes), [](const auto& p) { return p.param.name; });
+INSTANTIATE_TEST_SUITE_P(Scaled, HostWalks, testing::ValuesIn(kFarSmallLarge),
+                         [](const auto& p) { return p.param.name; });
 
 // Walks in the layout of which the kernels of this driver know nothing.
 TEST_F(HostWalks, FindTheNearestPointsInEveryLayout) {

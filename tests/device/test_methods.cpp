@@ -6,33 +6,13 @@
 #include "engine/answer/repair.h"
 #include "tests/device/fixture.h"
 #include "tests/device/ray_sets.h"
+#include "tests/device/scene_cases.h"
 
 namespace ballot {
 namespace {
 
 using namespace harness;
-
-struct SceneCase {
-  const char* name;
-  shapes::Triangles (*make)();
-  bool own_kernels = false;  // kernels are compiled for its tree alone
-};
-
-void PrintTo(const SceneCase& scene, std::ostream* out) { *out << scene.name; }
-
-const SceneCase kScenes[] = {
-    {"none", [] { return shapes::Triangles{}; }},
-    {"one", [] { return shapes::soup(1, 1); }, true},
-    {"six", [] { return shapes::soup(6, 1); }},
-    {"seven", [] { return shapes::soup(7, 1); }},
-    {"identical", [] { return shapes::identical(100); }},
-    {"coplanar", [] { return shapes::coplanar(200); }},
-    {"soup", [] { return shapes::soup(3000, 0.1f); }},
-    {"sphere", [] { return shapes::sphere(5); }, true},
-    {"slivers", [] { return shapes::slivers(150); }},
-    {"hugeAndTiny", [] { return shapes::huge_and_tiny(400); }},
-    {"sameCentroid", [] { return shapes::same_centroid(120); }},
-};
+using namespace scene_cases;
 
 class Methods : public DeviceTest, public testing::WithParamInterface<SceneCase> {
  protected:
