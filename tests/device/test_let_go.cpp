@@ -1,5 +1,6 @@
 // What the host has of a mesh goes once the device has it, comes back when something reads it, and then stays.
 #include "engine/scene/device_scene.h"
+#include "tests/cpu/shapes.h"
 #include "tests/device/fixture.h"
 
 namespace ballot {
