@@ -144,24 +144,6 @@ void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
   hits_ += found;
 }
 
-Query query_of(const BallotQuery& q) {
-  Query query;
-  if (q.any) query.want = Want::Any;
-  if (q.method) query.method = q.method;
-  if (q.numeric) query.numeric = q.numeric;
-  constexpr std::size_t kMostKnobs = 1000;
-  if (q.knob_count > kMostKnobs)
-    refuse(fmt::format("knobs: there are {}; at most {} are taken", q.knob_count, kMostKnobs));
-  if (q.knob_count) need(q.knobs, "BallotQuery", "knobs");
-  for (std::size_t i = 0; i < q.knob_count; ++i) {
-    need(q.knobs[i].name, "BallotQuery", "the name of a knob");
-    need(q.knobs[i].value, "BallotQuery", "the value of a knob");
-    query.knobs[q.knobs[i].name] = q.knobs[i].value;
-  }
-  if (q.ray_class) query.rays = q.ray_class;
-  return query;
-}
-
 void Watch::operator()(double done) {
   done_ = done;
   ask();

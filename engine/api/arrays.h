@@ -1,11 +1,13 @@
-// Writes hits to a caller's arrays, by all cores; the query and the progress function of a call.
+// Writes hits to a caller's arrays, by all cores; the progress function of a call.
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <span>
 
+#include "engine/api/query.h"
 #include "engine/api/sources.h"
 #include "engine/api/state.h"
 #include "engine/core/interruption.h"
@@ -54,16 +56,35 @@ class HitArrays {
   std::uint64_t hits_ = 0;
 };
 
-/// The query of a call, as the engine takes it.
-Query query_of(const BallotQuery& query);
+/// Returns the options of a call; null: the defaults. Throws if one is set that its kind does not have.
+inline BallotQuery read_query(const BallotQuery* given, const Kind& kind) {
+  BallotQuery query = read_struct(given, "BallotQuery");
+  check_options(query, kind);
+  return query;
+}
+
+/// Measures a call.
+class Clock {
+ public:
+  BallotTimes times(const TraceTimes& trace, std::uint64_t hits) const {
+    BallotTimes t = BALLOT_INIT(BallotTimes);
+    t.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    t.device_ms = trace.device_ms;
+    t.hits = hits;
+    return t;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 /// The progress function of a call on a device. Throws Refused(BALLOT_ERROR_INTERRUPTED) when it asks to stop.
 class Watch {
  public:
-  /// `with` has `progress` and `user`, as BallotQuery. `what` is counted: "rays".
+  /// `with` has `progress`, as BallotQuery. `what` is counted: "rays".
   template <class With>
   Watch(const With& with, const DeviceState& device, const char* what = "rays")
-      : progress_(with.progress), user_(with.user), device_(&device), what_(what) {}
+      : progress_(with.progress.call), user_(with.progress.user), device_(&device), what_(what) {}
   void operator()(double done);
   /// Calls it with the share that was done last.
   void ask() const;

@@ -2,7 +2,7 @@
 // without ray tracing hardware or, through Mesa lavapipe, a plain CPU. C++20; needs the standard library alone.
 //
 //   ballot::Device device;                                    // the best GPU, else a CPU device
-//   ballot::Scene scene(device, {{.positions = vertices, .indices = triangles}});
+//   ballot::Scene scene(device, {ballot::mesh(vertices, triangles)});
 //   std::vector<ballot::Hit> hits(rays.size());
 //   scene.trace(rays, hits);                                  // nearest hits, watertight
 //   std::vector<std::uint8_t> blocked(rays.size());
@@ -32,10 +32,8 @@
 #include <string>
 #include <vector>
 
-#include "ballot_c.h"
-#include "ballot_detail.h"
 #include "ballot_device.h"
-#include "ballot_types.h"
+#include "ballot_views.h"
 
 namespace ballot {
 inline namespace v1 {
@@ -45,7 +43,7 @@ class Scene {
  public:
   /// Makes a scene of meshes, each of which lies in the world, once. Meshes and their instances are numbered from 0,
   /// and triangles through the instances. Triangles without area keep their number and are never hit. Throws
-  /// Error(Argument), which names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh
+  /// Error(BALLOT_ERROR_ARGUMENT), which names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh
   /// is empty, or there are more than 2^31 - 1 triangles.
   Scene(const Device& device, std::span<const Mesh> meshes, const SceneOptions& options = {})
       : Scene(device, meshes, nullptr, options) {}
@@ -55,7 +53,7 @@ class Scene {
 
   /// Makes a scene of instances: the tree of each mesh is built once, and a tree over the instances lies above. Method
   /// "packet-wide" does not trace it. ballot_scene_create() says what an instance's hits are, and which transforms are
-  /// refused with Error(Argument).
+  /// refused with Error(BALLOT_ERROR_ARGUMENT).
   Scene(const Device& device, std::span<const Mesh> meshes, const Instances& instances,
         const SceneOptions& options = {})
       : Scene(device, meshes, &instances, options) {}
@@ -65,11 +63,10 @@ class Scene {
       : Scene(device, std::span(meshes.begin(), meshes.size()), &instances, options) {}
 
   /// Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials: nodes of glTF and groups of
-  /// OBJ are meshes() or instances(). Throws Error(Work), which names file and place, if the file is wrong.
-  static Scene load(const Device& device, const std::string& path, const SceneOptions& options = {.cache = true}) {
-    const BallotSceneOptions o = detail::options_of(options);
+  /// OBJ are meshes() or instances(). Throws Error(BALLOT_ERROR_WORK), which names file and place, if the file is wrong.
+  static Scene load(const Device& device, const std::string& path, const SceneOptions& options = {.cache = 1}) {
     BallotScene* scene = nullptr;
-    check(ballot_scene_load(device.handle(), path.c_str(), &o, &scene));
+    check(ballot_scene_load(device.handle(), path.c_str(), &options, &scene));
     return Scene(scene);
   }
 
@@ -77,33 +74,30 @@ class Scene {
   /// gone either way. Until then answers are those of the scene as it was. Meshes and instances are named by numbers,
   /// which stay; each is given once. A call that throws adds nothing to the edits. Scenes with animations refuse them.
   ///
-  /// add_mesh() returns the mesh's number; it has no instance yet. Throws Error(Argument) as the constructor does.
+  /// add_mesh() returns the mesh's number; it has no instance yet. Throws Error(BALLOT_ERROR_ARGUMENT) as the constructor does.
   std::uint32_t add_mesh(const Mesh& mesh) {
-    const BallotMesh m = detail::mesh_of(mesh);
     std::uint32_t number = 0;
-    check(ballot_scene_add_mesh(handle_.get(), &m, &number));
+    check(ballot_scene_add_mesh(handle_.get(), &mesh, &number));
     return number;
   }
   /// Gives a mesh other triangles, any number of them. Throws as add_mesh().
   void replace_mesh(std::uint32_t mesh, const Mesh& with) {
-    const BallotMesh m = detail::mesh_of(with);
-    check(ballot_scene_replace_mesh(handle_.get(), mesh, &m));
+    check(ballot_scene_replace_mesh(handle_.get(), mesh, &with));
   }
   /// Removes a mesh and its instances.
   void remove_mesh(std::uint32_t mesh) { check(ballot_scene_remove_mesh(handle_.get(), mesh)); }
 
   /// Moves the vertices of a mesh: as many positions as it was made with; of a mesh of a file three a triangle. They
-  /// are read by commit(): keep them until then. SceneOptions::update says how the tree follows.
+  /// are read by commit(): keep them until then. SceneOptions::updates says how the tree follows.
   void set_vertices(std::uint32_t mesh, std::span<const float> positions, std::size_t stride = 0) {
-    check(
-        ballot_scene_set_vertices(handle_.get(), mesh, positions.data(), detail::vertices(positions, stride), stride));
+    const Mesh to = ballot::mesh(positions, std::span<const std::uint32_t>(), stride);
+    check(ballot_scene_set_vertices(handle_.get(), mesh, to.positions, to.vertex_count, stride));
   }
 
   /// Adds instances of meshes and returns their numbers.
   std::vector<std::uint32_t> add_instances(const Instances& instances) {
-    const BallotInstances i = detail::instances_of(instances);
-    std::vector<std::uint32_t> numbers(i.count);
-    check(ballot_scene_add_instances(handle_.get(), &i, numbers.data()));
+    std::vector<std::uint32_t> numbers(instances.count);
+    check(ballot_scene_add_instances(handle_.get(), &instances, numbers.data()));
     return numbers;
   }
   /// Removes instances, named by their numbers.
@@ -120,20 +114,20 @@ class Scene {
   /// Moves the instances that are named, a matrix for each.
   void set_transforms(std::span<const std::uint32_t> instances, std::span<const float> transforms,
                       std::size_t stride = 0) {
-    detail::check_as_many("matrices", detail::matrices(transforms, stride), instances.size());
+    detail::check_as_many("matrices", detail::matrices(transforms, stride), "numbers of instances", instances.size());
     if (instances.empty()) return;
     check(ballot_scene_set_transforms(handle_.get(), instances.data(), transforms.data(), instances.size(), stride));
   }
 
-  /// Sets the masks of instances. An instance of mask 0 is met by nothing; crossings leave out an instance whose mask
-  /// shares no bit with the ray's (CrossingQuery::ray_masks).
+  /// Sets the masks of instances. An instance of mask 0 is met by nothing; a ray leaves out an instance whose mask
+  /// shares no bit with its own (RayView::masks).
   void set_masks(std::span<const std::uint32_t> instances, std::span<const std::uint32_t> masks) {
-    detail::check_as_many("masks", masks.size(), instances.size());
+    detail::check_as_many("masks", masks.size(), "numbers of instances", instances.size());
     check(ballot_scene_set_masks(handle_.get(), instances.data(), masks.data(), instances.size()));
   }
 
-  /// Makes the edits true. Throws Error(Argument), which names mesh and vertex, or the instance, if
-  /// something cannot be; Error(Work) if the device fails.
+  /// Makes the edits true. Throws Error(BALLOT_ERROR_ARGUMENT), which names mesh and vertex, or the instance, if
+  /// something cannot be; Error(BALLOT_ERROR_WORK) if the device fails.
   void commit() { check(ballot_scene_commit(handle_.get())); }
   /// Drops the edits.
   void discard() { check(ballot_scene_discard(handle_.get())); }
@@ -142,15 +136,13 @@ class Scene {
   std::vector<AnimationInfo> animations() const {
     std::size_t count = 0;
     check(ballot_scene_animations(handle_.get(), nullptr, 0, &count));
-    std::vector<BallotAnimationInfo> infos(count, BALLOT_INIT(BallotAnimationInfo));
-    check(ballot_scene_animations(handle_.get(), infos.data(), count, &count));
-    std::vector<AnimationInfo> all;
-    for (const BallotAnimationInfo& i : infos) all.push_back({i.name, i.seconds, i.channels});
+    std::vector<AnimationInfo> all(count);
+    check(ballot_scene_animations(handle_.get(), all.data(), count, &count));
     return all;
   }
 
   /// Moves the scene to a time of one of its animations. A time outside means the beginning or end.
-  /// SceneOptions::update says how the tree moves. Throws Error(Argument) if there is no such animation or the time is
+  /// SceneOptions::updates says how the tree moves. Throws Error(BALLOT_ERROR_ARGUMENT) if there is no such animation or the time is
   /// not finite; the scene is then as it was.
   void set_time(std::size_t animation, double seconds) {
     check(ballot_scene_set_time(handle_.get(), animation, seconds));
@@ -168,19 +160,18 @@ class Scene {
   /// The same; `hits` must be as many as the rays.
   Times trace(std::span<const Ray> rays, std::span<Hit> hits, const Query& query = {}) const {
     if (rays.size() != hits.size())
-      throw Error(Code::Argument, "trace: " + std::to_string(rays.size()) + " rays, but room for " +
-                                      std::to_string(hits.size()) + " hits");
+      throw Error(BALLOT_ERROR_ARGUMENT, "trace: " + std::to_string(rays.size()) + " rays, but room for " +
+                                             std::to_string(hits.size()) + " hits");
     return trace(rays, Results{.hits = hits.data()}, query);
   }
   /// The same for arrays on the device: the first `count` rays.
   Times trace(const Array<Ray>& rays, Array<Hit>& hits, std::size_t count, const Query& query = {}) const {
-    const detail::QueryArgument q(query);
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_trace_buffers(handle_.get(), rays.handle(), hits.handle(), count, q.c(), &times));
-    return detail::times_of(times);
+    Times times;
+    check(ballot_trace_buffers(handle_.get(), rays.handle(), hits.handle(), count, &query, &times));
+    return times;
   }
 
-  /// Begins a trace in the background. Jobs of a device run in their order. query.progress must outlive the job.
+  /// Begins a trace in the background. Jobs of a device run in their order. What the query refers to must outlive the job.
   Job submit(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
     return submit_c(detail::rays_of(rays), results, query);
   }
@@ -193,78 +184,74 @@ class Scene {
   /// the device at once; those behind them are sent together by a later call, poll() or wait(). Keep scene and arrays
   /// as they are until the job has ended.
   Job submit(const Array<Ray>& rays, Array<Hit>& hits, std::size_t count, const Query& query = {}) const {
-    const detail::QueryArgument q(query);
     BallotJob* job = nullptr;
-    check(ballot_submit_buffers(handle_.get(), rays.handle(), hits.handle(), count, q.c(), &job));
+    check(ballot_submit_buffers(handle_.get(), rays.handle(), hits.handle(), count, &query, &job));
     return Job(job);
   }
 
   /// Finds the nearest point of the scene for each point: x y z, float or double, as a vector, a span or an array has
   /// them, or at any stride. Accuracy, ties and the inside test: ballot_query_points() in ballot_c.h. Throws
-  /// Error(Argument) if what is inside is asked for and the mesh is not closed, or its triangles not wound alike where
-  /// query.sign is Pseudonormal.
-  Times nearest(const Column& points, const NearestResults& results, const PointQuery& query = {}) const {
+  /// Error(BALLOT_ERROR_ARGUMENT) if what is inside is asked for and the mesh is not closed, or its triangles not wound alike where
+  /// query.sign is "pseudonormal".
+  Times nearest(const Column& points, const NearestResults& results, const Query& query = {}) const {
     return nearest(PointView{points}, results, query);
   }
-  /// The same for points by their column.
-  Times nearest(const PointView& points, const NearestResults& results, const PointQuery& query = {}) const {
-    const auto p = detail::points_of(points, query);
-    const auto to = detail::nearest_of(results);
-    const auto q = detail::point_query_of(query);
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_query_points(handle_.get(), &p, &to, &q, &times));
-    return detail::times_of(times);
+  /// The same for points by their columns.
+  Times nearest(const PointView& points, const NearestResults& results, const Query& query = {}) const {
+    const BallotPoints p = detail::points_of(points);
+    Times times;
+    check(ballot_query_points(handle_.get(), &p, &results, &query, &times));
+    return times;
   }
   /// The same for the first `count` points of an array on the device. T says what is asked: NearestPoint, float for the
   /// signed distance, std::uint32_t for 1 inside and 0 outside. Points keep their order: put those that are near each
-  /// other next to each other. Throws Error(Argument) as ballot_query_point_buffers() says.
+  /// other next to each other. Throws Error(BALLOT_ERROR_ARGUMENT) as ballot_query_point_buffers() says.
   template <class T>
-  Times nearest(const Array<Point>& points, Array<T>& answers, std::size_t count, const PointQuery& query = {}) const {
-    const auto q = detail::point_query_of(query);
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_query_point_buffers(handle_.get(), points.handle(), answers.handle(), count, &q, &times));
-    return detail::times_of(times);
+  Times nearest(const Array<Point>& points, Array<T>& answers, std::size_t count, const Query& query = {}) const {
+    Times times;
+    check(ballot_query_point_buffers(handle_.get(), points.handle(), answers.handle(), count, &query, &times));
+    return times;
+  }
+  /// Lists the triangles within the limit of each point, the nearest first: ballot_list_within() says what hits are.
+  Lists within(const PointView& points, const Query& query = {}) const {
+    const BallotPoints p = detail::points_of(points);
+    detail::Listing listing(detail::count_of(p.shape));
+    return listing.end(ballot_list_within(handle_.get(), &p, &listing.to, &query, nullptr));
   }
 
   /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray that passes through a
   /// closed surface at an edge or a vertex crosses it there once; one that only touches it there, twice or not at all.
-  std::vector<std::int64_t> count_crossings(std::span<const Ray> rays, const CrossingQuery& query = {}) const {
+  std::vector<std::int64_t> count_crossings(std::span<const Ray> rays, const Query& query = {}) const {
     return count_c(detail::rays_of(rays), query);
   }
   /// The same for rays by their columns.
-  std::vector<std::int64_t> count_crossings(const RayView& rays, const CrossingQuery& query = {}) const {
+  std::vector<std::int64_t> count_crossings(const RayView& rays, const Query& query = {}) const {
     return count_c(detail::rays_of(rays), query);
   }
-  /// Lists the crossings that count_crossings() counts.
-  Crossings crossings(std::span<const Ray> rays, const CrossingQuery& query) const {
+  /// Lists the crossings that count_crossings() counts, or the first of each ray (Query::first).
+  Lists crossings(std::span<const Ray> rays, const Query& query = {}) const {
     return list_c(detail::rays_of(rays), query);
   }
   /// The same for rays by their columns.
-  Crossings crossings(const RayView& rays, const CrossingQuery& query) const {
-    return list_c(detail::rays_of(rays), query);
-  }
-  /// Lists at most the first `most` of each ray; 0: all.
-  Crossings crossings(std::span<const Ray> rays, std::uint32_t most = 0) const {
-    return crossings(rays, CrossingQuery{.most = most});
-  }
-  /// The same for rays by their columns.
-  Crossings crossings(const RayView& rays, std::uint32_t most = 0) const {
-    return crossings(rays, CrossingQuery{.most = most});
-  }
+  Lists crossings(const RayView& rays, const Query& query = {}) const { return list_c(detail::rays_of(rays), query); }
 
   /// Returns what the scene holds, as it was committed last.
-  SceneInfo info() const { return detail::scene_info_of(handle_.get()); }
+  SceneInfo info() const {
+    SceneInfo info;
+    check(ballot_scene_info(handle_.get(), &info));
+    return info;
+  }
 
   /// Returns the meshes, in the order of their numbers.
   std::vector<MeshInfo> meshes() const {
-    std::vector<MeshInfo> all;
-    for (std::size_t i = 0, n = info().meshes; i < n; ++i) all.push_back(detail::mesh_info_of(handle_.get(), i));
+    std::vector<MeshInfo> all(info().meshes);
+    for (std::size_t i = 0; i < all.size(); ++i) check(ballot_scene_mesh(handle_.get(), i, &all[i]));
     return all;
   }
   /// Returns the instances. A scene that was made without has one of each mesh, in the world.
   std::vector<InstanceInfo> instances() const {
-    std::vector<InstanceInfo> all;
-    for (std::size_t i = 0, n = info().instances; i < n; ++i) all.push_back(detail::instance_info_of(handle_.get(), i));
+    std::vector<InstanceInfo> all(info().instances);
+    for (std::size_t i = 0; i < all.size(); ++i) check(ballot_scene_instance(handle_.get(), i, &all[i]));
     return all;
   }
 
@@ -288,31 +275,27 @@ class Scene {
   /// Makes the rays of a kind (`ballot methods`: "primary", "shadow", "ao", ...) for a view.
   std::vector<Ray> make_rays(const View& view, const std::string& kind, std::uint32_t width,
                              std::uint32_t height) const {
-    const BallotView v = detail::view_of(view);
     detail::check_size(width, height);
     auto rays = detail::room_for<Ray>(std::size_t{width} * height);
     std::size_t count = 0;
-    check(ballot_make_rays(handle_.get(), &v, kind.c_str(), width, height, rays.data(), rays.size(), &count));
+    check(ballot_make_rays(handle_.get(), &view, kind.c_str(), width, height, rays.data(), rays.size(), &count));
     if (count > rays.size()) {  // kinds with several rays a pixel
       rays = detail::room_for<Ray>(count);
-      check(ballot_make_rays(handle_.get(), &v, kind.c_str(), width, height, rays.data(), rays.size(), &count));
+      check(ballot_make_rays(handle_.get(), &view, kind.c_str(), width, height, rays.data(), rays.size(), &count));
     }
     rays.resize(count);
     return rays;
   }
 
-  /// Renders a view: width * height * 4 floats, linear Rec.709 and coverage, rows from the top.
+  /// Renders a view, 512 x 512 unless the picture says otherwise: width * height * 4 floats, linear Rec.709 and coverage, rows from the top.
   std::vector<float> render(const View& view, const Picture& picture, const Query& query = {}) const {
-    detail::check_size(picture.width, picture.height);
-    auto rgba = detail::room_for<float>(std::size_t{4} * picture.width * picture.height);
-    const BallotView v = detail::view_of(view);
-    auto p = BALLOT_INIT(BallotPicture);
-    p.width = picture.width, p.height = picture.height, p.samples = picture.samples;
-    p.shading = picture.shading.c_str(), p.bounces = picture.bounces, p.seed = picture.seed;
-    if (!picture.sky.empty()) p.sky = picture.sky.c_str();
+    Picture p = picture;
+    if (!p.width) p.width = 512;
+    if (!p.height) p.height = 512;
+    detail::check_size(p.width, p.height);
+    auto rgba = detail::room_for<float>(std::size_t{4} * p.width * p.height);
     p.rgba = rgba.data();
-    const detail::QueryArgument q(query);
-    check(ballot_render(handle_.get(), &v, &p, q.c(), nullptr));
+    check(ballot_render(handle_.get(), &view, &p, &query, nullptr));
     return rgba;
   }
 
@@ -323,46 +306,30 @@ class Scene {
   using Owner = detail::Handle<BallotScene, ballot_scene_destroy>;
   explicit Scene(BallotScene* scene) : handle_(scene) {}
   Scene(const Device& device, std::span<const Mesh> meshes, const Instances* instances, const SceneOptions& options) {
-    std::vector<BallotMesh> list;
-    for (const Mesh& m : meshes) list.push_back(detail::mesh_of(m));
-    const BallotSceneOptions o = detail::options_of(options);
-    auto i = BALLOT_INIT(BallotInstances);
-    if (instances) i = detail::instances_of(*instances);
     BallotScene* scene = nullptr;
-    check(ballot_scene_create(device.handle(), list.data(), list.size(), instances ? &i : nullptr, &o, &scene));
+    check(ballot_scene_create(device.handle(), meshes.data(), meshes.size(), instances, &options, &scene));
     handle_ = Owner(scene);
   }
 
   Times trace_c(const BallotRays& rays, const Results& results, const Query& query) const {
-    const detail::QueryArgument q(query);
-    const BallotHits h = detail::hits_of(results);
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_trace(handle_.get(), &rays, &h, q.c(), &times));
-    return detail::times_of(times);
+    Times times;
+    check(ballot_trace(handle_.get(), &rays, &results, &query, &times));
+    return times;
   }
   Job submit_c(const BallotRays& rays, const Results& results, const Query& query) const {
-    const detail::QueryArgument q(query);
-    const BallotHits h = detail::hits_of(results);
     BallotJob* job = nullptr;
-    check(ballot_submit(handle_.get(), &rays, &h, q.c(), &job));
+    check(ballot_submit(handle_.get(), &rays, &results, &query, &job));
     return Job(job);
   }
-  std::vector<std::int64_t> count_c(const BallotRays& rays, const CrossingQuery& query) const {
+  std::vector<std::int64_t> count_c(const BallotRays& rays, const Query& query) const {
     auto counts = detail::room_for<std::int64_t>(detail::count_of(rays.shape));
-    BallotLists lists = detail::lists_of(query, counts.size());
-    lists.most = 0;
-    lists.counts = counts.data();
-    check(ballot_list_crossings(handle_.get(), &rays, &lists, nullptr));
+    const BallotLists lists{.counts = counts.data()};
+    check(ballot_list_crossings(handle_.get(), &rays, &lists, &query, nullptr));
     return counts;
   }
-  Crossings list_c(const BallotRays& rays, const CrossingQuery& query) const {
-    detail::Listing listing{{}, query.progress};
-    BallotLists lists = detail::lists_of(query, detail::count_of(rays.shape));
-    detail::list_into(listing, lists);
-    const BallotStatus status = ballot_list_crossings(handle_.get(), &rays, &lists, nullptr);
-    if (listing.full) throw Error(Code::Memory, "the host has too little memory for all crossings; ask for fewer rays");
-    check(status);
-    return std::move(listing.all);
+  Lists list_c(const BallotRays& rays, const Query& query) const {
+    detail::Listing listing(detail::count_of(rays.shape));
+    return listing.end(ballot_list_crossings(handle_.get(), &rays, &listing.to, &query, nullptr));
   }
 
   Owner handle_;

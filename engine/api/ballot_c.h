@@ -45,19 +45,53 @@
 #define BALLOT_API __attribute__((visibility("default"))) /* what the library exports */
 #endif
 
+/* What structs are made of. In C++ they begin with their size and with zeros by themselves, a text may be a std::string,
+ * and a function that is told of progress any that has a name: bool(double), false ends the call. */
 #ifdef __cplusplus
-#define BALLOT_INIT(T) ballot_init<T>() /* a struct T with its size set and all other members zero */
-/* What BALLOT_INIT is in C++. */
-template <class T>
-inline T ballot_init() {
-  T t{};
-  t.size = sizeof(T);
-  return t;
-}
+#define BALLOT_SIZE(T) size_t size = sizeof(T)
+#define BALLOT_ZERO = {}
+#define BALLOT_INIT(T) (T{}) /* a struct T with its size set and all other members zero */
+
+/* A text that the caller keeps until the call returns. */
+struct BallotText {
+  BallotText() = default;
+  BallotText(const char* given) : text(given) {}
+  template <class Text, class = decltype(static_cast<const Text*>(nullptr)->c_str())>
+  BallotText(const Text& given) : text(given.c_str()) {}
+  template <class Text, class = decltype(static_cast<const Text*>(nullptr)->c_str())>
+  BallotText(const Text&& given) = delete; /* it would not live */
+  operator const char*() const { return text; }
+  const char* text = nullptr;
+};
+
+/* A function that is told the share that is done. Must not throw. */
+struct BallotProgress {
+  BallotProgress() = default;
+  template <class Function, class = decltype(bool((*static_cast<Function*>(nullptr))(0.5)))>
+  BallotProgress(Function& function)
+      : call([](void* of, double done) { return int(!(*static_cast<Function*>(of))(done)); }),
+        user(const_cast<void*>(static_cast<const void*>(&function))) {}
+  BallotProgress(int (*function)(void* user, double done), void* given) : call(function), user(given) {}
+  int (*call)(void* user, double done) = nullptr;
+  void* user = nullptr;
+};
+
 extern "C" {
 #else
+#define BALLOT_SIZE(T) size_t size
+#define BALLOT_ZERO
 #define BALLOT_INIT(T) ((T){.size = sizeof(T)}) /* a struct T with its size set and all other members zero */
+
+typedef const char* BallotText; /* that the caller keeps until the call returns */
+
+/* A function that is told the share that is done; NULL: none. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. */
+typedef struct BallotProgress {
+  int (*call)(void* user, double done);
+  void* user;
+} BallotProgress;
 #endif
+
+typedef uint32_t BallotBool; /* 0 or 1 */
 
 /* What functions return: 0, or why they failed. */
 typedef enum BallotStatus {
@@ -99,14 +133,14 @@ BALLOT_API const char* ballot_last_error(void);
 
 /* What a device is, and whether Ballot can use it. */
 typedef struct BallotDeviceInfo {
-  size_t size;
+  BALLOT_SIZE(BallotDeviceInfo);
   char name[256];         /* as Vulkan tells it */
   char driver[256];       /* "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)" */
   char refusal[512];      /* why Ballot cannot use it; "" if it can */
-  uint32_t is_cpu;        /* 1: a CPU device, such as lavapipe */
-  uint32_t usable;        /* 1: Ballot can use it */
+  BallotBool is_cpu;      /* 1: a CPU device, such as lavapipe */
+  BallotBool usable;      /* 1: Ballot can use it */
   uint32_t subgroup_size; /* lanes */
-  uint32_t exports;       /* 1: buffers can be shared with other interfaces (ballot_buffer_create) */
+  BallotBool exports;     /* 1: buffers can be shared with other interfaces (ballot_buffer_create) */
 } BallotDeviceInfo;
 
 /* Writes the devices of this machine, at most `room`, and their number to *count. `infos` may be NULL if room is 0.
@@ -115,9 +149,9 @@ BALLOT_API BallotStatus ballot_devices(BallotDeviceInfo* infos, size_t room, siz
 
 /* Which device, and how it is opened. */
 typedef struct BallotDeviceOptions {
-  size_t size;
-  const char* name;  /* an index, part of a name, "gpu" or "cpu"; NULL: the best GPU, else a CPU device */
-  uint32_t validate; /* 1: Vulkan validation with synchronization checks; slow, for tests */
+  BALLOT_SIZE(BallotDeviceOptions);
+  BallotText name BALLOT_ZERO;     /* an index, part of a name, "gpu" or "cpu"; NULL: the best GPU, else a CPU device */
+  BallotBool validate BALLOT_ZERO; /* 1: Vulkan validation with synchronization checks; slow, for tests */
 } BallotDeviceOptions;
 
 /* Opens a device. options may be NULL. */
@@ -133,133 +167,7 @@ BALLOT_API const char* ballot_device_error(BallotDevice* device);
 
 #include "ballot_c_scenes.h" /* meshes, instances, updates */
 
-/* ---- Rays, hits, queries ---------------------------------------------------------------------------------------- */
-
-/* A ray: hits are sought at origin + t * dir with t in [t_min, t_max]. dir need not be of unit length. A ray is dead,
- * and reported as a miss, if t_max <= t_min, if a component is NaN or infinite, or if dir is zero or denormal: if no
- * component of it reaches 2^-126, about 1.18e-38, in any mode. Modes other than "exact" promise nothing for a ray that
- * starts farther from the scene than 2^20 diagonals of its bounds. Mode "watertight" places each vertex as float32 sees
- * it from the origin, off by up to about 2^-22 of the distance: from afar a closed mesh stays closed, but may lie
- * elsewhere as a whole. */
-typedef struct BallotRay {
-  float origin[3]; /* x, y, z */
-  float t_min;     /* hits before it do not count */
-  float dir[3];    /* x, y, z */
-  float t_max;     /* nor do those behind it; infinity: no end */
-} BallotRay;
-
-/* A hit. On a miss prim is BALLOT_MISS, t infinity, u = v = 0. u and v weigh vertices 1 and 2 of the triangle. */
-typedef struct BallotHit {
-  float t;       /* distance, in multiples of dir */
-  uint32_t prim; /* the triangle, counted through the instances of the scene */
-  float u, v;    /* barycentric coordinates, 0 to 1 */
-} BallotHit;
-#define BALLOT_MISS 0xFFFFFFFFu /* the number of no triangle, mesh or instance */
-
-enum { BALLOT_FLOAT32 = 0, BALLOT_FLOAT64 = 1 };
-#define BALLOT_AXES 8 /* the most axes of a shape */
-
-/* One number, or three, of each question, as they lie in the caller's memory, at any address. float64 is rounded to the
- * nearest float32, beyond its range to infinity. Numbers that stand for all questions are read before the call returns,
- * also by ballot_submit(). */
-typedef struct BallotColumn {
-  const void* data;              /* of the first question; NULL: the column's default */
-  ptrdiff_t stride[BALLOT_AXES]; /* bytes from one question to the next along each axis of the shape; 0: one for all */
-  uint32_t type;                 /* BALLOT_FLOAT32 or BALLOT_FLOAT64 */
-  ptrdiff_t gap;                 /* bytes between a number and the next of its three; 0: they lie side by side */
-} BallotColumn;
-
-/* Rays. {n} is the shape of n rays, {h, w} that of h rows of w, whose neighbours in the last axis are neighbours in the
- * results. */
-typedef struct BallotRays {
-  size_t size;
-  size_t shape[BALLOT_AXES];      /* a zero behind the first number, and what follows, is no axis */
-  BallotColumn origin, direction; /* x, y, z each */
-  BallotColumn t_min, t_max;      /* NULL: 0, and no end */
-} BallotRays;
-
-/* Returns rays that lie as records. */
-static inline BallotRays ballot_rays(const BallotRay* records, size_t count) {
-  BallotRays rays = BALLOT_INIT(BallotRays);
-  rays.shape[0] = count;
-  if (!records) return rays;
-  rays.origin.data = records->origin, rays.direction.data = records->dir;
-  rays.t_min.data = &records->t_min, rays.t_max.data = &records->t_max;
-  rays.origin.stride[0] = rays.direction.stride[0] = (ptrdiff_t)sizeof(BallotRay);
-  rays.t_min.stride[0] = rays.t_max.stride[0] = (ptrdiff_t)sizeof(BallotRay);
-  return rays;
-}
-/* Returns rays that lie as rows of six floats: origin, direction. */
-static inline BallotRays ballot_rays_of_six(const float* rows, size_t count) {
-  BallotRays rays = BALLOT_INIT(BallotRays);
-  rays.shape[0] = count;
-  if (!rows) return rays;
-  rays.origin.data = rows, rays.direction.data = rows + 3;
-  rays.origin.stride[0] = rays.direction.stride[0] = (ptrdiff_t)(6 * sizeof(float));
-  return rays;
-}
-
-/* Where the results go: arrays of an entry for each ray, in their order. Those that are NULL are not written. The
- * arrays must not overlap the rays or each other. */
-typedef struct BallotHits {
-  size_t size;
-  BallotHit* hits;     /* whole hits */
-  float* t;            /* distance; on a miss infinity */
-  uint32_t* prims;     /* number of the triangle within its mesh; on a miss BALLOT_MISS */
-  uint32_t* mesh_ids;  /* BallotMesh::id, or as BallotSceneOptions::ids says; on a miss BALLOT_MISS */
-  float* uvs;          /* u, v: two floats; on a miss 0 */
-  float* normals;      /* x, y, z: unit normal of the triangle, by the right-hand rule over its vertices; on a miss 0 */
-  uint8_t* occluded;   /* 1: hit, 0: miss */
-  uint32_t* instances; /* number of the instance; 0 in scenes without instances; on a miss BALLOT_MISS */
-} BallotHits;
-
-/* A setting of a method, as `ballot methods` lists them: "vote", "count". */
-typedef struct BallotKnob {
-  const char *name, *value; /* both as text */
-} BallotKnob;
-
-/* How to find hits. The default finds the nearest, watertight, by the method that is fastest here. */
-typedef struct BallotQuery {
-  size_t size;
-  uint32_t any;            /* 0: the nearest hit; 1: some hit, for visibility and shadows */
-  const char* method;      /* `ballot methods` lists them; NULL: "auto" */
-  const char* numeric;     /* "watertight", "exact", "plain" or "fast"; NULL: "watertight" */
-  const BallotKnob* knobs; /* settings of the method; NULL: its defaults */
-  size_t knob_count;       /* number of knobs */
-  const char*
-      ray_class; /* for method auto: primary, shadow, ao, diffuse, coherent or the like; NULL: it looks at the rays */
-  /* Called now and then with the share that is done, from the thread that traces; also before the call waits for
-   * another one, or for work that does not stop. Returning non-zero ends the call with BALLOT_ERROR_INTERRUPTED; what
-   * is written to the outputs by then is unspecified. */
-  int (*progress)(void* user, double done);
-  void* user; /* given to progress */
-} BallotQuery;
-
-/* What a call took. */
-typedef struct BallotTimes {
-  size_t size;
-  double seconds;   /* wall time of the call */
-  double device_ms; /* time of the traversal on the device */
-  uint64_t hits;    /* rays that hit */
-} BallotTimes;
-
-/* Traces rays, nearest or any hits, and returns when the results are written. Neighbours in the array share a subgroup:
- * order rays for coherence. Rays in rows, as of a camera or a turning scanner, are traced in tiles of 8 x 8. query and
- * times may be NULL. Zero rays are allowed. */
-BALLOT_API BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
-                                     const BallotQuery* query, BallotTimes* times);
-
-/* The same in the background. Rays and arrays must stay as they are until the job has ended; the structs are copied.
- * Jobs of a device run in the order in which they were submitted. A scene that is updated before a job has ended may
- * answer it as before or after the update: wait first. */
-BALLOT_API BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
-                                      const BallotQuery* query, BallotJob** job);
-/* Waits for the job and returns its status. times may be NULL. */
-BALLOT_API BallotStatus ballot_job_wait(BallotJob* job, BallotTimes* times);
-/* Returns BALLOT_NOT_READY, or the status of the job that has ended. */
-BALLOT_API BallotStatus ballot_job_poll(BallotJob* job);
-/* Waits for the job and frees it; in a callback it waits once the call has ended, but for a callback of a job. */
-BALLOT_API void ballot_job_destroy(BallotJob* job);
+#include "ballot_c_answers.h" /* rays, points, and what is asked of them */
 
 /* ---- Arrays that stay on the device ----------------------------------------------------------------------------- */
 
@@ -275,8 +183,9 @@ typedef enum BallotRecord {
 
 /* How an array on a device is made. */
 typedef struct BallotBufferOptions {
-  size_t size;
-  uint32_t exported; /* 1: other interfaces can use the memory: ballot_buffer_fd(), ballot_buffer_cuda() */
+  BALLOT_SIZE(BallotBufferOptions);
+  BallotBool exported
+      BALLOT_ZERO; /* 1: other interfaces can use the memory: ballot_buffer_fd(), ballot_buffer_cuda() */
 } BallotBufferOptions;
 
 /* Makes an array of records on a device. options may be NULL. */
@@ -301,7 +210,8 @@ BALLOT_API BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* addre
 BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 
 /* Traces rays [0, count) of one array and writes their hits to another; both of the scene's device. Returns when the
- * hits are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no share. */
+ * hits are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no share;
+ * of the query any, method, numeric, knobs and ray_class are taken. */
 BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
                                              const BallotQuery* query, BallotTimes* times);
 
@@ -311,15 +221,44 @@ BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* r
 BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits,
                                               uint64_t count, const BallotQuery* query, BallotJob** job);
 
+/* A point on the device, 16 bytes. One with a component that is not finite, or a limit that is negative or NaN, is near
+ * nothing, and outside. */
+typedef struct BallotPoint {
+  float at[3]; /* x, y, z */
+  float limit; /* triangles farther away are not looked for; infinity: no limit */
+} BallotPoint;
+
+/* The nearest point, 32 bytes. Without a triangle within the limit distance is infinite, prim BALLOT_MISS, the rest
+ * 0. */
+typedef struct BallotNearestPoint {
+  float at[3];    /* x, y, z */
+  float distance; /* from the point that was asked for */
+  uint32_t prim;  /* the triangle, counted through all meshes of the scene */
+  float u, v;     /* weights of its vertices 1 and 2 */
+  uint32_t spare; /* without meaning */
+} BallotNearestPoint;
+
+/* Answers points [0, count) of one array by another; both of the scene's device. What is asked is what `answers` holds:
+ * BALLOT_RECORD_NEAREST, BALLOT_RECORD_SIGNED_DISTANCE, or BALLOT_RECORD_INSIDE, 1 for each point that is inside.
+ * Answers and errors are those of ballot_query_points(), but with a limit of each point; query->progress may end
+ * the call, but is told no share.
+ * Points keep their order: put those that are near each other next to each other, as neighbours share a subgroup. Only
+ * numeric "exact" brings points to the host. Returns when the answers are written. BallotTimes::hits is not counted. */
+BALLOT_API BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, BallotBuffer* answers,
+                                                   uint64_t count, const BallotQuery* query, BallotTimes* times);
+
 /* ---- Rays and pictures of a view -------------------------------------------------------------------------------- */
 
 /* A camera, as in glTF: it looks along -z of its frame, with +y up. */
 typedef struct BallotView {
-  size_t size;
-  const char* name; /* a view of the scene; NULL: the members below, or if eye equals target the scene's first view */
-  double eye[3], target[3], up[3]; /* x, y, z each: where it is, what it looks at, what is up; up zero: +y */
-  double yfov;                     /* full vertical angle, radians, 0 to pi; 0: pi / 3 */
-  double ymag;                     /* above 0: orthographic, half the height of the view */
+  BALLOT_SIZE(BallotView);
+  BallotText name
+      BALLOT_ZERO; /* a view of the scene; NULL: the members below, or if eye equals target the scene's first view */
+  double eye[3] BALLOT_ZERO;    /* x, y, z: where it is */
+  double target[3] BALLOT_ZERO; /* what it looks at */
+  double up[3] BALLOT_ZERO;     /* what is up; zero: +y */
+  double yfov BALLOT_ZERO;      /* full vertical angle, radians, 0 to pi; 0: pi / 3 */
+  double ymag BALLOT_ZERO;      /* above 0: orthographic, half the height of the view */
 } BallotView;
 
 /* Makes the rays of a ray kind (`ballot methods` lists them: "primary", "shadow", "ao", ...) for a view of width x
@@ -329,21 +268,21 @@ BALLOT_API BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* v
 
 /* What is rendered, and where it goes. */
 typedef struct BallotPicture {
-  size_t size;
-  uint32_t width, height; /* pixels, 1 to 16384 */
-  uint32_t samples;       /* of each pixel, 1 to 65536; 0: 1 */
-  const char* shading;    /* "eyelight", "normals", "ao", "whitted", "path"; NULL: "eyelight" */
-  float* rgba;            /* width * height * 4 floats, linear Rec.709 and coverage, rows from the top */
-  const char* sky; /* as `ballot render --sky` takes it: "none", "gradient", "r,g,b", FILE.exr; NULL: the scene's own */
-  int32_t bounces; /* last path depth, 1 to 64; 0: the shading's own */
-  uint32_t seed;   /* of the random numbers */
+  BALLOT_SIZE(BallotPicture);
+  uint32_t width BALLOT_ZERO;     /* pixels, 1 to 16384; 0: 512 */
+  uint32_t height BALLOT_ZERO;    /* as width */
+  uint32_t samples BALLOT_ZERO;   /* of each pixel, 1 to 65536; 0: 1 */
+  BallotText shading BALLOT_ZERO; /* "eyelight", "normals", "ao", "whitted", "path"; NULL: "eyelight" */
+  float* rgba BALLOT_ZERO;        /* width * height * 4 floats, linear Rec.709 and coverage, rows from the top */
+  BallotText sky
+      BALLOT_ZERO; /* as `ballot render --sky` takes it: "none", "gradient", "r,g,b", FILE.exr; NULL: the scene's own */
+  int32_t bounces BALLOT_ZERO; /* last path depth, 1 to 64; 0: the shading's own */
+  uint32_t seed BALLOT_ZERO;   /* of the random numbers */
 } BallotPicture;
 
 /* Renders a view. view, query and times may be NULL. */
 BALLOT_API BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const BallotPicture* picture,
                                       const BallotQuery* query, BallotTimes* times);
-
-#include "ballot_c_points.h" /* points and crossings */
 
 #ifdef __cplusplus
 }

@@ -11,63 +11,65 @@ typedef enum BallotIndexType { BALLOT_INDEX_NONE = 0, BALLOT_INDEX_U16 = 1, BALL
 
 /* A triangle mesh. The library copies what it needs before the call returns. */
 typedef struct BallotMesh {
-  size_t size;
-  const float* positions;     /* x, y, z of each vertex; finite, at most 1e12 */
-  size_t vertex_count;        /* number of vertices, at least 3 */
-  size_t position_stride;     /* bytes from one vertex to the next, a multiple of 4; 0: 12 */
-  const void* indices;        /* three for each triangle; NULL: vertices 0 1 2, 3 4 5, ... */
-  size_t index_count;         /* a multiple of 3, at least 3; 0 without indices */
-  BallotIndexType index_type; /* 16 or 32 bits; none without indices */
-  uint32_t id;                /* any number; BallotHits::mesh_ids reports it */
-  const float* normals;       /* unit normal of each vertex, for pictures; NULL: flat */
-  size_t normal_stride;       /* bytes, as position_stride */
+  BALLOT_SIZE(BallotMesh);
+  const float* positions BALLOT_ZERO;     /* x, y, z of each vertex; finite, at most 1e12 */
+  size_t vertex_count BALLOT_ZERO;        /* number of vertices, at least 3 */
+  size_t position_stride BALLOT_ZERO;     /* bytes from one vertex to the next, a multiple of 4; 0: 12 */
+  const void* indices BALLOT_ZERO;        /* three for each triangle; NULL: vertices 0 1 2, 3 4 5, ... */
+  size_t index_count BALLOT_ZERO;         /* a multiple of 3, at least 3; 0 without indices */
+  BallotIndexType index_type BALLOT_ZERO; /* 16 or 32 bits; none without indices */
+  uint32_t id BALLOT_ZERO;                /* any number; BallotHits::mesh_ids reports it */
+  const float* normals BALLOT_ZERO;       /* unit normal of each vertex, for pictures; NULL: flat */
+  size_t normal_stride BALLOT_ZERO;       /* bytes, as position_stride */
 } BallotMesh;
 
 /* How a scene is made. */
 typedef struct BallotSceneOptions {
-  size_t size;
-  /* How the tree is built: "best", "balanced", "fast", "device" or "auto" (see `ballot methods`). NULL: "best" for
+  BALLOT_SIZE(BallotSceneOptions);
+  /* how the tree is built: "best", "balanced", "fast", "device" or "auto" (see `ballot methods`). NULL: "best" for
    * files, "auto" for meshes. "auto": "device" on a GPU, "balanced" on a CPU unless expected_rays says otherwise. */
-  const char* builder;
-  uint32_t max_leaf;  /* most triangles of a leaf, 1 to 6; 0: 6 */
-  float split_budget; /* of "best": share of references that spatial splits may add, 0 to 16; below 0: none; 0: 0.5 */
-  uint32_t cache;     /* 1: keep the tree on disk, in $XDG_CACHE_HOME/ballot */
-  /* How a tree follows vertices. "refit": boxes move, its shape stays, so traces slow down as triangles
+  BallotText builder BALLOT_ZERO;
+  uint32_t max_leaf BALLOT_ZERO;  /* most triangles of a leaf, 1 to 6; 0: 6 */
+  float split_budget BALLOT_ZERO; /* of "best": share of references that spatial splits may add, 0 to 16; 0.5 by default
+                                     (in C as 0; below 0: none) */
+  BallotBool cache BALLOT_ZERO;   /* 1: keep the tree on disk, in $XDG_CACHE_HOME/ballot */
+  /* how trees follow vertices that move. "refit": boxes move, its shape stays, so traces slow down as triangles
    * move apart. "rebuild": anew. NULL or "auto": refits until traces have lost as much time as a build takes. It is
    * always built anew if a triangle gains or loses its area. */
-  const char* update;
-  double expected_rays;   /* hint for builder "auto": rays that will be traced in all; 0: unknown */
-  uint32_t allow_outside; /* 1: a scene file may name buffers, images and materials outside of its folder */
-  /* Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
+  BallotText updates BALLOT_ZERO;
+  double expected_rays BALLOT_ZERO; /* hint for builder "auto": rays that will be traced in all; 0: unknown */
+  BallotBool allow_outside
+      BALLOT_ZERO; /* Of files: 1: it may name buffers, images and materials outside of its folder */
+  /* Of files: meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
    * whole. "copy": each use is a moved copy. NULL or "auto": kept where that saves 4 million triangles and half of the
    * scene's, or where copies would not fit into memory. Copied all the same are meshes whose instances, which take the
    * memory of 4 triangles each, would not save half of them, and all meshes of files that deform some over time. Hits
    * are the same but for rounding. */
-  const char* instances;
-  /* Which meshes lie in one tree. "auto": those that the scene is made with, unless instances are given or files keep
+  BallotText instances BALLOT_ZERO;
+  /* which meshes lie in one tree. "auto": those that the scene is made with, unless instances are given or files keep
    * them once. "merge": those that are placed once, by the identity. "separate": none, so each can move by itself at
    * its own cost; rays are slower the more the trees overlap. NULL: "auto". */
-  const char* layout;
-  /* What BallotHits::mesh_ids holds for scene files, by the file's numbers. "mesh": the mesh of glTF, the group of
+  BallotText layout BALLOT_ZERO;
+  /* Of files: what BallotHits::mesh_ids holds, by the file's numbers. "mesh": the mesh of glTF, the group of
    * OBJ; 0 where a file has one mesh. "node": the node of glTF that places the triangle; else as "mesh". "material":
    * the triangle's. NULL: "mesh". Scenes made of meshes have BallotMesh::id. */
-  const char* ids;
+  BallotText ids BALLOT_ZERO;
   /* Called now and then with the share of the tree that is built, by any thread, one at a time. Returning non-zero ends
    * the call with BALLOT_ERROR_INTERRUPTED. */
-  int (*progress)(void* user, double done);
-  void* user; /* given to progress */
+  BallotProgress progress BALLOT_ZERO;
 } BallotSceneOptions;
 
 /* Where meshes lie in the world. A mesh may have many instances, or none. */
 typedef struct BallotInstances {
-  size_t size;
-  size_t count;           /* number of instances */
-  const uint32_t* meshes; /* number of each instance's mesh; NULL: 0 */
+  BALLOT_SIZE(BallotInstances);
+  size_t count BALLOT_ZERO;           /* number of instances */
+  const uint32_t* meshes BALLOT_ZERO; /* number of each instance's mesh; NULL: 0 */
   /* A 3 x 4 matrix of each instance, row by row, 12 floats: a point p of the mesh lies at m[0..2] . p + m[3] along x,
    * and so on. Finite and invertible; a mirror turns the triangles round, as moved vertices are. */
-  const float* transforms;
-  size_t transform_stride; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
-  const uint32_t* masks;   /* of each instance, as ballot_scene_set_masks() says; NULL: all bits */
+  const float* transforms BALLOT_ZERO;
+  size_t transform_stride
+      BALLOT_ZERO; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
+  const uint32_t* masks BALLOT_ZERO; /* of each instance, as ballot_scene_set_masks() says; NULL: all bits */
 } BallotInstances;
 
 /* Makes a scene of `count` meshes and their instances on a device. Meshes and instances are numbered from 0 in their
@@ -122,7 +124,7 @@ BALLOT_API BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t m
 /* Removes a mesh and its instances. */
 BALLOT_API BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t mesh);
 /* Moves the vertices of a mesh, in its own space: `count` must be its vertex_count. Of a mesh from a file they are the
- * corners of its triangles, three each. BallotSceneOptions::update says how its tree follows. The array is read by
+ * corners of its triangles, three each. BallotSceneOptions::updates says how its tree follows. The array is read by
  * ballot_scene_commit(): keep it until then. stride is in bytes; 0: 12. Once a mesh has moved the scene keeps 36 bytes
  * a triangle for the next time, of the device if the tree was built there, else of the host. */
 BALLOT_API BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const float* positions,
@@ -138,8 +140,8 @@ BALLOT_API BallotStatus ballot_scene_remove_instances(BallotScene* scene, const 
  * the trees of the meshes stay. stride is in bytes; 0: 48. */
 BALLOT_API BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* instances,
                                                     const float* transforms, size_t count, size_t stride);
-/* Sets the masks of instances. An instance of mask 0 is met by nothing. Crossings leave out an instance whose mask
- * shares no bit with the ray's (BallotLists::ray_masks). */
+/* Sets the masks of instances. An instance of mask 0 is met by nothing. Rays leave out an instance whose mask shares
+ * no bit with theirs (BallotRays::mask). */
 BALLOT_API BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instances, const uint32_t* masks,
                                                size_t count);
 /* Makes the edits true. Trees of meshes that have not changed stay. Hits of later calls are those of the edited scene;
@@ -151,15 +153,17 @@ BALLOT_API BallotStatus ballot_scene_discard(BallotScene* scene);
 
 /* An instance of a mesh. */
 typedef struct BallotInstanceInfo {
-  size_t size;
-  uint32_t mesh;             /* the number of its mesh */
-  uint64_t first, triangles; /* its triangles are prim first to first + triangles - 1 */
-  float transform[12];       /* 3 x 4, row by row, as in BallotInstances */
-  char name[256];            /* of its node in the file, else of its mesh; cut off if it is longer */
-  uint32_t id;               /* its node in the file, as BallotSceneOptions::ids "node"; else its own number */
-  float lo[3], hi[3];        /* a box in the world that holds it; zero if it has no triangle */
-  uint32_t instance;         /* its number */
-  uint32_t mask;             /* as ballot_scene_set_masks() says */
+  BALLOT_SIZE(BallotInstanceInfo);
+  char name[256];      /* of its node in the file, else of its mesh; cut off if it is longer */
+  uint32_t id;         /* its node in the file, as BallotSceneOptions::ids "node"; else its own number */
+  uint32_t mesh;       /* the number of its mesh */
+  uint64_t first;      /* its triangles are prim first to first + triangles - 1 */
+  uint64_t triangles;  /* how many it has */
+  float transform[12]; /* 3 x 4, row by row, as in BallotInstances */
+  float lo[3];         /* a box in the world that holds it; zero if it has no triangle */
+  float hi[3];         /* its other end */
+  uint32_t instance;   /* its number */
+  uint32_t mask;       /* as ballot_scene_set_masks() says */
 } BallotInstanceInfo;
 /* Tells of an instance by its place among them, 0 to BallotSceneInfo::instances - 1; they are in the order of their
  * numbers. */
@@ -167,7 +171,7 @@ BALLOT_API BallotStatus ballot_scene_instance(BallotScene* scene, size_t place, 
 
 /* An animation of a scene file. */
 typedef struct BallotAnimationInfo {
-  size_t size;
+  BALLOT_SIZE(BallotAnimationInfo);
   char name[256];    /* cut off if it is longer */
   double seconds;    /* its times are 0 to this */
   uint64_t channels; /* number of node properties that it moves */
@@ -177,22 +181,27 @@ typedef struct BallotAnimationInfo {
 BALLOT_API BallotStatus ballot_scene_animations(BallotScene* scene, BallotAnimationInfo* infos, size_t room,
                                                 size_t* count);
 /* Moves a scene to a time of one of its animations, numbered from 0: triangles, and for pictures lights and views. A
- * time outside the animation means its beginning or end. BallotSceneOptions::update says how the tree moves; the tree
+ * time outside the animation means its beginning or end. BallotSceneOptions::updates says how the tree moves; the tree
  * over meshes that are kept once moves as in ballot_scene_set_transforms(). If it fails, the scene is as it was. */
 BALLOT_API BallotStatus ballot_scene_set_time(BallotScene* scene, size_t animation, double seconds);
 
 /* What a scene holds, and its tree. */
 typedef struct BallotSceneInfo {
-  size_t size;
-  uint64_t triangles, degenerate; /* of all meshes; degenerate: those without area */
-  uint64_t meshes, views;         /* how many there are */
-  float lo[3], hi[3];             /* the bounds; zero if the scene is empty */
-  uint64_t nodes, leaves, depth;  /* of the tree; of all trees if there are several, the deepest one's depth */
-  double sah;                     /* expected cost of a random ray that meets the bounds; 0 of several trees */
-  double build_seconds;           /* of the last build of the tree; of all trees if there are several */
-  uint64_t instances;             /* how many there are */
-  uint64_t instance_triangles;    /* counted through all instances */
-  double top_seconds;             /* of the last build or refit of the tree over the instances */
+  BALLOT_SIZE(BallotSceneInfo);
+  uint64_t triangles;          /* of all meshes */
+  uint64_t degenerate;         /* triangles without area; never hit */
+  uint64_t meshes;             /* how many there are */
+  uint64_t views;              /* how many there are */
+  float lo[3];                 /* the bounds; zero if the scene is empty */
+  float hi[3];                 /* their other end */
+  uint64_t nodes;              /* of the tree; of all trees if there are several */
+  uint64_t leaves;             /* as nodes */
+  uint64_t depth;              /* of the tree; of the deepest one if there are several */
+  double sah;                  /* expected cost of a random ray that meets the bounds; 0 of several trees */
+  double build_seconds;        /* of the last build of the tree; of all trees if there are several */
+  uint64_t instances;          /* how many there are */
+  uint64_t instance_triangles; /* counted through all instances */
+  double top_seconds;          /* of the last build or refit of the tree over the instances */
   double decay; /* sah divided by that at the last build: traces are slower by about this factor; 1 at a build */
   double update_seconds; /* of the last commit or change of time; 0: there was none */
   uint64_t refits;       /* such updates since the last build, which have all refitted the tree */
@@ -203,13 +212,14 @@ BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* i
 
 /* A mesh of a scene. */
 typedef struct BallotMeshInfo {
-  size_t size;
-  uint32_t id;               /* BallotMesh::id, or the mesh or group in the file */
-  uint64_t first, triangles; /* its triangles are first to first + triangles - 1 of ballot_scene_triangles();
-                                ballot_scene_instance() tells their prims */
-  char name[256];            /* as in the file, else "mesh N", or "scene" of one mesh; cut off if it is longer */
-  float lo[3], hi[3];        /* its bounds, in its own space; zero if it has no triangle */
-  uint32_t mesh;             /* its number */
+  BALLOT_SIZE(BallotMeshInfo);
+  char name[256];     /* as in the file, else "mesh N", or "scene" of one mesh; cut off if it is longer */
+  uint32_t id;        /* BallotMesh::id, or of the mesh or group in the file */
+  uint64_t first;     /* number of its first triangle among those of ballot_scene_triangles() */
+  uint64_t triangles; /* how many it has */
+  float lo[3];        /* its bounds, in its own space; zero if it has no triangle */
+  float hi[3];        /* their other end */
+  uint32_t mesh;      /* its number */
 } BallotMeshInfo;
 /* Tells of a mesh by its place among them, 0 to BallotSceneInfo::meshes - 1; they are in the order of their numbers. */
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo* info);

@@ -7,21 +7,17 @@
 #include <utility>
 #include <vector>
 
-#include "ballot_c.h"
-#include "ballot_detail.h"
-#include "ballot_types.h"
+#include "ballot_views.h"
 
 namespace ballot {
 inline namespace v1 {
 
-/// Returns the Vulkan devices of this machine, usable or not. Throws Error(Device) if there is no driver.
+/// Returns the Vulkan devices of this machine, usable or not. Throws Error(BALLOT_ERROR_DEVICE) if there is no driver.
 inline std::vector<DeviceInfo> devices() {
   std::size_t count = 0;
   check(ballot_devices(nullptr, 0, &count));
-  std::vector<BallotDeviceInfo> infos(count, BALLOT_INIT(BallotDeviceInfo));
-  check(ballot_devices(infos.data(), infos.size(), &count));
-  std::vector<DeviceInfo> list;
-  for (const BallotDeviceInfo& i : infos) list.push_back(detail::info_of(i));
+  std::vector<DeviceInfo> list(count);
+  check(ballot_devices(list.data(), list.size(), &count));
   return list;
 }
 
@@ -29,20 +25,18 @@ inline std::vector<DeviceInfo> devices() {
 class Device {
  public:
   /// `name`: an index, part of a name, "gpu" or "cpu"; empty: the best GPU, else a CPU device. `validate` turns on
-  /// Vulkan validation, for tests. Throws Error(Device), which says what each device lacks, if none is usable.
+  /// Vulkan validation, for tests. Throws Error(BALLOT_ERROR_DEVICE), which says what each device lacks, if none is usable.
   explicit Device(const std::string& name = {}, bool validate = false) {
-    auto options = BALLOT_INIT(BallotDeviceOptions);
-    options.name = name.c_str();
-    options.validate = validate;
+    const BallotDeviceOptions options{.name = name.c_str(), .validate = validate};
     BallotDevice* device = nullptr;
     check(ballot_device_open(&options, &device));
     handle_ = Owner(device);
   }
   /// Returns what the device is.
   DeviceInfo info() const {
-    auto info = BALLOT_INIT(BallotDeviceInfo);
+    DeviceInfo info;
     check(ballot_device_info(handle_.get(), &info));
-    return detail::info_of(info);
+    return info;
   }
   /// Returns the handle of the C interface, which stays this object's.
   BallotDevice* handle() const { return handle_.get(); }
@@ -59,9 +53,9 @@ class Job {
   explicit Job(BallotJob* job) : handle_(job) {}
   /// Waits for the end. Throws the Error that the trace would have thrown.
   Times wait() {
-    auto times = BALLOT_INIT(BallotTimes);
+    Times times;
     check(ballot_job_wait(handle_.get(), &times));
-    return detail::times_of(times);
+    return times;
   }
   /// Returns true if the trace has ended; wait() then returns at once.
   bool poll() const { return ballot_job_poll(handle_.get()) != BALLOT_NOT_READY; }
@@ -75,10 +69,10 @@ class Job {
 template <class T>
 class Array {
  public:
-  /// `exported`: CUDA and others can use the memory. Throws Error(Work) if the device has no room or cannot export.
+  /// `exported`: CUDA and others can use the memory. Throws Error(BALLOT_ERROR_WORK) if the device has no room or cannot
+  /// export.
   Array(const Device& device, std::size_t count, bool exported = false) : count_(count) {
-    auto options = BALLOT_INIT(BallotBufferOptions);
-    options.exported = exported;
+    const BallotBufferOptions options{.exported = exported};
     BallotBuffer* buffer = nullptr;
     check(ballot_buffer_create(device.handle(), detail::RecordOf<T>::value, count, &options, &buffer));
     handle_ = Owner(buffer);

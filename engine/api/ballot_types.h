@@ -1,14 +1,15 @@
-// The plain types of Ballot's C++ interface (ballot.h): errors, rays, hits, meshes, queries, results, views.
+// The types of Ballot's C++ interface (ballot.h): those of the C interface with its defaults, errors, and views of the
+// caller's memory.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ballot_c.h"
@@ -16,16 +17,29 @@
 namespace ballot {
 inline namespace v1 {
 
-/// The kind of a failure.
-enum class Code {
-  Work = BALLOT_ERROR_WORK,                // a file, the driver or the device failed
-  Argument = BALLOT_ERROR_ARGUMENT,        // an argument is out of range, or arguments disagree
-  Device = BALLOT_ERROR_DEVICE,            // there is no usable Vulkan device
-  Memory = BALLOT_ERROR_MEMORY,            // the host ran out of memory
-  Closed = BALLOT_ERROR_CLOSED,            // the object was moved from
-  Forked = BALLOT_ERROR_FORKED,            // the object was made before fork()
-  Interrupted = BALLOT_ERROR_INTERRUPTED,  // the progress function asked to stop
-};
+// Structs of the C interface: their comments there say what the members are. Those that callers fill are written as
+// {.any = 1, .method = "packet"}; what is left out has its default. What they refer to must live until the call returns.
+using AnimationInfo = BallotAnimationInfo;  ///< an animation of a scene file
+using DeviceInfo = BallotDeviceInfo;        ///< a device, as devices() lists it
+using Hit = BallotHit;                      ///< a hit, 16 bytes
+using InstanceInfo = BallotInstanceInfo;    ///< an instance of a mesh
+using Instances = BallotInstances;          ///< where meshes lie; instances() makes it of spans
+using Mesh = BallotMesh;                    ///< a triangle mesh in the caller's memory; mesh() makes it of spans
+using MeshInfo = BallotMeshInfo;            ///< a mesh of a scene
+using NearestPoint = BallotNearestPoint;    ///< the answer for a point on the device, 32 bytes
+using NearestResults = BallotNearest;       ///< where the answers for points go
+using Picture = BallotPicture;              ///< what to render
+using Point = BallotPoint;                  ///< a point on the device, 16 bytes
+using Query = BallotQuery;                  ///< how to answer questions
+using Ray = BallotRay;                      ///< a ray, 32 bytes
+using Results = BallotHits;                 ///< where hits go
+using SceneInfo = BallotSceneInfo;          ///< what a scene holds, and its tree
+using SceneOptions = BallotSceneOptions;    ///< how a scene is made
+using Times = BallotTimes;                  ///< what a call took
+using View = BallotView;                    ///< a camera, as in glTF
+using Code = BallotStatus;                  ///< the kind of a failure, as BALLOT_ERROR_ARGUMENT
+/// The number of no triangle, mesh or instance.
+inline constexpr std::uint32_t kMiss = BALLOT_MISS;
 
 /// The only exception that Ballot throws.
 class Error : public std::runtime_error {
@@ -41,31 +55,71 @@ class Error : public std::runtime_error {
 
 /// Throws Error unless `status` is BALLOT_OK.
 inline void check(BallotStatus status) {
-  if (status != BALLOT_OK) throw Error(Code(status), ballot_last_error());
+  if (status != BALLOT_OK) throw Error(status, ballot_last_error());
 }
 
 /// Returns the version of the library that is loaded, such as "1.0.0".
 inline std::string version() { return ballot_version(); }
 
-/// The names that an argument takes.
-enum class Names {
-  Methods = BALLOT_NAMES_METHODS,     // Query::method
-  Numeric = BALLOT_NAMES_NUMERIC,     // Query::numeric
-  Builders = BALLOT_NAMES_BUILDERS,   // SceneOptions::builder
-  RayKinds = BALLOT_NAMES_RAY_KINDS,  // Scene::make_rays()
-  Shadings = BALLOT_NAMES_SHADINGS,   // Picture::shading
-};
-/// Returns the names that an argument takes.
-inline std::vector<std::string> names(Names which) {
+/// Returns the names that an argument takes, as BALLOT_NAMES_METHODS.
+inline std::vector<std::string> names(BallotNames which) {
   std::vector<std::string> list;
-  while (const char* name = ballot_name(BallotNames(which), list.size())) list.emplace_back(name);
+  while (const char* name = ballot_name(which, list.size())) list.emplace_back(name);
   return list;
 }
 
-/// A ray, 32 bytes: float origin[3], t_min, dir[3], t_max. Hits are sought at origin + t * dir, t in [t_min, t_max]. An
-/// infinite t_max is no bound. A ray is dead, and reported as a miss, if t_max <= t_min, if a component is NaN or
-/// infinite, or if dir is zero or denormal.
-using Ray = BallotRay;
+/// Returns a mesh over x y z of each vertex and three indices for each triangle, of 32 or 16 bits; without them vertices
+/// 0 1 2, 3 4 5, ... are triangles. `stride`: bytes from one vertex to the next; 0: 12. `normals`: unit normal of each
+/// vertex, side by side, for pictures; none: flat. Throws Error(BALLOT_ERROR_ARGUMENT) if there are too few.
+inline Mesh mesh(std::span<const float> positions, std::span<const std::uint32_t> indices = {}, std::size_t stride = 0,
+                 std::span<const float> normals = {}) {
+  const std::size_t bytes = positions.size_bytes(), step = stride ? stride : 3 * sizeof(float);
+  Mesh m{.positions = positions.data(), .position_stride = stride};
+  m.vertex_count = bytes < 3 * sizeof(float) ? 0 : (bytes - 3 * sizeof(float)) / step + 1;
+  if (!indices.empty()) {
+    m.indices = indices.data(), m.index_count = indices.size(), m.index_type = BALLOT_INDEX_U32;
+  }
+  if (normals.empty()) return m;
+  if (normals.size() < 3 * m.vertex_count)
+    throw Error(BALLOT_ERROR_ARGUMENT, "mesh: " + std::to_string(normals.size()) + " numbers of normals, but " +
+                                           std::to_string(m.vertex_count) + " vertices; expected three for each");
+  m.normals = normals.data();
+  return m;
+}
+/// The same for indices of 16 bits.
+inline Mesh mesh(std::span<const float> positions, std::span<const std::uint16_t> indices, std::size_t stride = 0,
+                 std::span<const float> normals = {}) {
+  Mesh m = mesh(positions, std::span<const std::uint32_t>(), stride, normals);
+  m.indices = indices.data(), m.index_count = indices.size(), m.index_type = BALLOT_INDEX_U16;
+  return m;
+}
+
+namespace detail {
+inline std::size_t matrices(std::span<const float> transforms, std::size_t stride) {
+  if (stride == 0) stride = 12 * sizeof(float);
+  const std::size_t bytes = transforms.size_bytes();
+  return bytes < 12 * sizeof(float) ? 0 : (bytes - 12 * sizeof(float)) / stride + 1;
+}
+inline void check_as_many(const char* what, std::size_t found, const char* of, std::size_t expected) {
+  if (found != expected)
+    throw Error(BALLOT_ERROR_ARGUMENT, "instances: " + std::to_string(found) + " " + what + ", but " +
+                                           std::to_string(expected) + " " + of + "; expected as many");
+}
+}  // namespace detail
+
+/// Returns instances over 3 x 4 matrices, row by row, numbers of meshes (none: 0) and masks (none: all bits). `stride`:
+/// bytes from one matrix to the next; 0: 48; of 4 x 4 matrices: 64. Throws Error(BALLOT_ERROR_ARGUMENT) if there are
+/// not as many of each.
+inline Instances instances(std::span<const float> transforms, std::span<const std::uint32_t> meshes = {},
+                           std::span<const std::uint32_t> masks = {}, std::size_t stride = 0) {
+  Instances all{
+      .count = detail::matrices(transforms, stride), .transforms = transforms.data(), .transform_stride = stride};
+  if (!masks.empty()) detail::check_as_many("masks", masks.size(), "matrices", all.count);
+  if (!meshes.empty()) detail::check_as_many("numbers of meshes", meshes.size(), "matrices", all.count);
+  all.meshes = meshes.empty() ? nullptr : meshes.data();
+  all.masks = masks.empty() ? nullptr : masks.data();
+  return all;
+}
 
 /// Numbers of questions as they lie in the caller's memory: one of each, or three, a point or direction. double is
 /// rounded to the nearest float, beyond its range to infinity.
@@ -84,6 +138,9 @@ struct Column {
   /// The same for double.
   template <std::convertible_to<std::span<const double>> Numbers>
   Column(const Numbers& side_by_side) : Column(std::span<const double>(side_by_side), BALLOT_FLOAT64) {}
+  /// The same for masks.
+  template <std::convertible_to<std::span<const std::uint32_t>> Numbers>
+  Column(const Numbers& side_by_side) : Column(std::span<const std::uint32_t>(side_by_side), BALLOT_UINT32) {}
   /// At any stride: bytes from one question to the next along each axis of the view's shape, 0: one for all; `gap`:
   /// bytes between a number and the next of its three.
   Column(const float* first, const Strides& bytes, std::ptrdiff_t gap_bytes = 0)
@@ -100,7 +157,7 @@ struct Column {
   std::size_t numbers = 0;              // of `own`, or side by side
   Strides strides = {};                 // as they were given
   std::ptrdiff_t gap = 0;               // bytes between the three numbers of a question; 0: side by side
-  std::uint32_t type = BALLOT_FLOAT32;  // or BALLOT_FLOAT64
+  std::uint32_t type = BALLOT_FLOAT32;  // or BALLOT_FLOAT64; of masks BALLOT_UINT32
 
  private:
   template <class T>
@@ -116,228 +173,34 @@ using Shape = std::array<std::size_t, BALLOT_AXES>;
 struct RayView {
   Column origins, directions;     // three numbers each
   Column t_min = {}, t_max = {};  // 0, and no end
+  Column masks = {};              // std::uint32_t: as BallotRays::mask; all bits
   Shape shape = {};               // empty: that of the columns
 };
 
-/// Points by their column, where that has strides.
+/// Returns the view of rays that lie as records, to which masks may be added.
+inline RayView rays(std::span<const Ray> records) {
+  constexpr Column::Strides kStep{std::ptrdiff_t(sizeof(Ray))};
+  const auto* numbers = reinterpret_cast<const float*>(records.data());
+  if (records.empty()) return {};
+  return {.origins = Column(numbers, kStep),
+          .directions = Column(numbers + 4, kStep),
+          .t_min = Column(numbers + 3, kStep),
+          .t_max = Column(numbers + 7, kStep),
+          .shape = {records.size()}};
+}
+
+/// Points by their columns.
 struct PointView {
-  Column at;         // three numbers each
-  Shape shape = {};  // empty: that of the column
+  Column at;          // three numbers each
+  Column limit = {};  // triangles farther away are not looked for: one above 0 for all, or of each; none: no limit
+  Shape shape = {};   // empty: that of the columns
 };
 
-/// A hit, 16 bytes: float t, uint32 prim, float u, v. On a miss prim is kMiss, t infinity, and u = v = 0. u and v are
-/// the barycentric coordinates of the triangle's vertices 1 and 2. prim counts triangles through all meshes of the
-/// scene, or through all its instances.
-using Hit = BallotHit;
-/// The number of no triangle, mesh or instance.
-inline constexpr std::uint32_t kMiss = BALLOT_MISS;
-
-/// A device, as devices() lists it.
-struct DeviceInfo {
-  std::string name, driver;         // such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
-  std::string refusal;              // why Ballot cannot use it; empty: it can
-  bool is_cpu = false;              // a CPU device, such as lavapipe
-  std::uint32_t subgroup_size = 0;  // lanes
-  bool exports = false;             // its arrays can be shared with CUDA and others
-};
-
-/// A triangle mesh in the caller's memory, read before the scene's constructor returns.
-struct Mesh {
-  std::span<const float> positions;               // x y z of each vertex; finite, at most 1e12
-  std::span<const std::uint32_t> indices = {};    // three for each triangle
-  std::span<const std::uint16_t> indices16 = {};  // the same as 16 bits; without either: vertices 0 1 2, 3 4 5, ...
-  std::uint32_t id = 0;                           // any number; Results::mesh_ids reports it
-  std::span<const float> normals = {};            // unit normal of each vertex, for pictures; empty: flat
-  std::size_t stride = 0;                         // bytes from one vertex to the next; 0: 12
-};
-
-/// Where meshes lie in the world, in the caller's memory, read before the call returns: a 3 x 4 matrix for each
-/// instance, row by row. A point p of the mesh lies at m[0..2] . p + m[3], and so on for y and z. Reflections
-/// (negative determinants) turn the triangles round, as moving the vertices of a flat scene does.
-struct Instances {
-  std::span<const float> transforms;           // 12 floats each, or as `stride` says
-  std::span<const std::uint32_t> meshes = {};  // number of each instance's mesh; empty: 0
-  std::size_t stride = 0;                      // bytes from one matrix to the next; 0: 48. Of 4 x 4 matrices: 64
-  std::span<const std::uint32_t> masks = {};   // of each, as Scene::set_masks() says; empty: all bits
-};
-
-/// How a scene is made.
-struct SceneOptions {
-  /// How the tree is built: "best", "balanced", "fast", "device" or "auto" (`ballot methods` says what they are).
-  /// Empty: of meshes "auto", which is "device" on a GPU and "balanced" on a CPU unless expected_rays says otherwise;
-  /// of files "best", the quickest to trace.
-  std::string builder = {};
-  std::uint32_t max_leaf = 6;  // most triangles of a leaf, 1 to 6
-  float split_budget = 0.5f;   // of "best": share of references that spatial splits may add, 0 to 16
-  bool cache = false;          // keep the tree on disk, in $XDG_CACHE_HOME/ballot
-  /// How a tree follows Scene::set_vertices(). "refit" keeps its shape and moves its boxes: the quickest update, but
-  /// traces become slower as triangles move apart. "rebuild" builds it anew. "auto" refits, and rebuilds once queries
-  /// have lost more time than a rebuild costs over a refit. If a triangle gains or loses its area, it is always
-  /// rebuilt.
-  std::string update = "auto";
-  double expected_rays = 0;    // hint for builder "auto": rays that will be traced in all; 0: unknown
-  bool allow_outside = false;  // a scene file may name buffers, images and materials outside of its folder
-  /// Meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
-  /// whole. "copy": each use is a moved copy. "auto": kept where that saves 4 million triangles and half of the
-  /// scene's, or where copies would not fit into memory.
-  std::string instances = "auto";
-  /// Which meshes lie in one tree. "auto": those that the scene is made with, unless instances are given or a file
-  /// keeps them once. "merge": those that are placed once, by the identity. "separate": none, so that each moves by
-  /// itself.
-  std::string layout = "auto";
-  /// What Results::mesh_ids holds for a scene file: "mesh" (of glTF, or the group of OBJ), "node" (of glTF) or
-  /// "material", by the numbers of the file. Of scenes made of meshes: Mesh::id.
-  std::string ids = {};  // empty: "mesh"
-  /// Called now and then with the share of the tree that is built, by any thread, one at a time. Returning false ends
-  /// the call with Error(Interrupted). Must not throw.
-  std::function<bool(double done)> progress = {};
-};
-
-/// How to find hits.
-struct Query {
-  bool any = false;                               // some hit, for visibility and shadows; false: the nearest
-  std::string method = "auto";                    // `ballot methods` lists them
-  std::string numeric = "watertight";             // "watertight", "exact", "plain", "fast"
-  std::map<std::string, std::string> knobs = {};  // settings of the method, such as {"vote", "count"}
-  std::string ray_class = {};  // for method auto: a ray kind, or coherent, mixed, incoherent; empty: it looks
-  /// Called now and then with the share done. Returning false ends the call with Error(Interrupted); the outputs are
-  /// then unspecified. Must not throw.
-  std::function<bool(double done)> progress = {};
-};
-
-/// Where results go: arrays of one entry for each ray. Null pointers are not written. On a miss t is infinity, numbers
-/// are kMiss, and the others are 0.
-struct Results {
-  Hit* hits = nullptr;                 // whole hits
-  float* t = nullptr;                  // distance, in multiples of the direction
-  std::uint32_t* prims = nullptr;      // number of the triangle within its mesh, unlike Hit::prim
-  std::uint32_t* mesh_ids = nullptr;   // Mesh::id, or as SceneOptions::ids says
-  float* uvs = nullptr;                // two floats
-  float* normals = nullptr;            // three floats: unit normal, by the right-hand rule over the vertices
-  std::uint8_t* occluded = nullptr;    // 1: hit
-  std::uint32_t* instances = nullptr;  // number of the instance
-};
-
-/// What a call took.
-struct Times {
-  double seconds = 0;      // wall time of the call
-  double device_ms = 0;    // of the traversal on the device
-  std::uint64_t hits = 0;  // rays that hit
-};
-
-/// Where the answers for points go: arrays with an entry for each point; those that are null are not written. Without a
-/// triangle within the limit distances are infinite, numbers kMiss, and the rest 0.
-struct NearestResults {
-  float* distances = nullptr;         // from the nearest triangle, of those as near the one with the smallest number
-  float* points = nullptr;            // x y z of the nearest point
-  std::uint32_t* prims = nullptr;     // number of its triangle within its mesh
-  std::uint32_t* mesh_ids = nullptr;  // as Results::mesh_ids
-  float* uvs = nullptr;               // u v: two floats
-  float* normals = nullptr;           // x y z: unit normal of the triangle
-  float* signed_distances = nullptr;  // negative inside; of a closed mesh, or by PointQuery::sign
-  std::uint8_t* inside = nullptr;     // 1: inside; the same
-};
-
-/// What decides the sign of a distance, and what is inside. Parity: the number of crossings of one ray; closed meshes
-/// alone. Pseudonormal: the side of the nearest triangle, at its corners and edges by the angle-weighted sum of the
-/// normals there; meshes with open edges too, if their triangles are wound alike.
-enum class Sign : std::uint32_t { Parity = BALLOT_SIGN_PARITY, Pseudonormal = BALLOT_SIGN_PSEUDONORMAL };
-
-/// A point on the device, 16 bytes: float at[3], limit.
-using Point = BallotPoint;
-/// Its answer, 32 bytes: float at[3], distance, uint32 prim, float u, v, and a spare word.
-using NearestPoint = BallotNearestPoint;
-
-/// How to answer points.
-struct PointQuery {
-  /// Triangles farther away are not looked for: one above 0 for all, or of each point. Arrays on the device have their
-  /// own.
-  Column limit = {};           // no limit
-  bool assume_closed = false;  // go on with a mesh that `sign` refuses; answers near its faults are then arbitrary
-  std::string numeric = "watertight";              // or "exact": decided as by exact arithmetic
-  Sign sign = Sign::Parity;                        // what decides what is inside
-  std::function<bool(double done)> progress = {};  // as Query::progress; told no share of arrays on the device
-};
-
-/// The triangles that are left out: those that a ray meets from behind or from the front. The front is the side from
-/// which the vertices run counter-clockwise.
-enum class Cull : std::uint32_t { None = BALLOT_CULL_NONE, Back = BALLOT_CULL_BACK, Front = BALLOT_CULL_FRONT };
-
-/// How to find crossings.
-struct CrossingQuery {
-  std::uint32_t most = 0;              // list the first so many of each ray; 0: all
-  std::string numeric = "watertight";  // or "exact": numbers and order of exact arithmetic; of instances by t
-  Cull cull = Cull::None;              // which triangles are left out
-  std::span<const std::uint32_t> ray_masks = {};  // of each ray, as Scene::set_masks() says; empty: all bits
-  bool alpha = false;  // leave out a triangle where its surface stops nothing: BallotLists::alpha
-  std::function<bool(double done)> progress = {};  // as Query::progress
-};
-
-/// All crossings of rays: those of ray i are hits[counts[0] + ... + counts[i - 1]] and the counts[i] - 1 behind it.
-struct Crossings {
-  std::vector<std::int64_t> counts;  // of each ray
-  std::vector<Hit> hits;             // of each ray in order of t, at equal t in order of prim
-};
-
-/// What a scene holds, and its tree.
-struct SceneInfo {
-  std::uint64_t triangles = 0, degenerate = 0, meshes = 0, views = 0;  // degenerate: triangles without area
-  float lo[3] = {}, hi[3] = {};                                        // the bounds; zero if the scene is empty
-  std::uint64_t nodes = 0, leaves = 0, depth = 0;  // of the tree; of all trees, and the deepest one's depth
-  double sah = 0;            // expected cost of a random ray that meets the bounds; 0 of several trees
-  double build_seconds = 0;  // of the last build of the tree; of all trees if there are several
-  std::uint64_t instances = 0, instance_triangles = 0;  // triangles counted through all instances
-  double top_seconds = 0;                               // of the last build or refit of the tree over the instances
-  double decay = 1;           // sah divided by that at the last build: traces are slower by about this factor
-  double update_seconds = 0;  // of the last commit or change of time
-  std::uint64_t refits = 0;   // such since the last build
-  std::uint64_t trees = 0;    // below the tree over the instances; 0: one tree over all, in the world
-};
-
-/// A mesh of a scene: triangles `first` to first + triangles - 1 of Scene::triangles().
-struct MeshInfo {
-  std::string name = {};                   // as in the file, else "mesh N", or "scene" of one; cut off after 255 bytes
-  std::uint32_t id = 0;                    // Mesh::id, or the mesh or group in the file
-  std::uint64_t first = 0, triangles = 0;  // the first one's number, and how many
-  float lo[3] = {}, hi[3] = {};            // its bounds, in its own space; zero if it has no triangle
-  std::uint32_t mesh = 0;                  // its number
-};
-
-/// An instance of a mesh: Hit::prim is `first` to first + triangles - 1.
-struct InstanceInfo {
-  std::string name = {};                   // of its node in the file, else of its mesh; cut off after 255 bytes
-  std::uint32_t id = 0;                    // its node in the file; else its own number
-  std::uint32_t mesh = 0;                  // its number
-  std::uint64_t first = 0, triangles = 0;  // the first one's number, and how many
-  float transform[12] = {};                // as Instances::transforms
-  float lo[3] = {}, hi[3] = {};            // a box in the world that holds it; zero if it has no triangle
-  std::uint32_t instance = 0;              // its number
-  std::uint32_t mask = 0;                  // as Scene::set_masks() says
-};
-
-/// An animation of a scene file.
-struct AnimationInfo {
-  std::string name = {};       // as in the file
-  double seconds = 0;          // its times are 0 to this
-  std::uint64_t channels = 0;  // what it moves; 0: nothing
-};
-
-/// A camera, as in glTF: it looks along -z of its frame, with +y up.
-struct View {
-  std::string name = {};  // a view of the scene; empty: the members below, or the scene's first view if eye is target
-  double eye[3] = {0, 0, 0}, target[3] = {0, 0, 0}, up[3] = {0, 1, 0};  // where it is, what it looks at, what is up
-  double yfov = 0;                                                      // full vertical angle; 0: pi / 3
-  double ymag = 0;  // above 0: orthographic, half the height of the view
-};
-
-/// What to render.
-struct Picture {
-  std::uint32_t width = 512, height = 512;  // pixels, 1 to 16384
-  std::uint32_t samples = 1;                // of each pixel, 1 to 65536
-  std::string shading = "eyelight";         // or "normals", "ao", "whitted", "path"
-  std::string sky = {};                     // a sky as `ballot render --sky` takes it; empty: the scene's own
-  std::int32_t bounces = 0;                 // last path depth, 1 to 64; 0: the shading's own
-  std::uint32_t seed = 0;                   // of the random numbers
+/// Lists of triangles, one for each question: that of question i is hits[offsets[i]] to hits[offsets[i + 1]] - 1.
+struct Lists {
+  std::vector<std::int64_t> counts;   // of each question
+  std::vector<std::int64_t> offsets;  // one more than questions
+  std::vector<Hit> hits;              // of each question in order of t, at equal t in order of prim
 };
 
 }  // namespace v1

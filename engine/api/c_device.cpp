@@ -92,7 +92,7 @@ BallotStatus ballot_device_open(const BallotDeviceOptions* options, BallotDevice
     need(device, "ballot_device_open", "device");
     const BallotDeviceOptions o = read_struct(options, "BallotDeviceOptions");
     *device = devices().add(std::make_shared<DeviceState>(
-        ballot::ContextOptions{.device = o.name ? o.name : "", .validate = o.validate != 0}));
+        ballot::ContextOptions{.device = o.name ? o.name.text : "", .validate = o.validate != 0}));
   });
 }
 

@@ -1,7 +1,6 @@
-// Queries of points and of all crossings by the C interface.
+// Queries of points by the C interface.
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -10,23 +9,6 @@
 
 namespace ballot::api {
 namespace {
-
-using PointClock = std::chrono::steady_clock;
-
-/// Returns whether a query asks for mode exact.
-bool is_exact(const char* numeric) {
-  const std::string_view name = numeric ? numeric : kDefaultNumeric;
-  if (name != "exact" && name != kDefaultNumeric)
-    refuse(fmt::format("numeric is '{}'; expected {} or exact", name, kDefaultNumeric));
-  return name == "exact";
-}
-
-/// Returns whether signs are those of pseudonormals.
-bool is_by_sides(const BallotPointQuery& query) {
-  if (query.sign > BALLOT_SIGN_PSEUDONORMAL)
-    refuse(fmt::format("sign is {}; expected 0, parity, or 1, pseudonormals", query.sign));
-  return query.sign == BALLOT_SIGN_PSEUDONORMAL;
-}
 
 /// Returns the ends and the triangle of an edge as text.
 std::string edge_text(const FaultyEdge& edge) {
@@ -133,37 +115,30 @@ class NearestArrays {
   std::uint64_t found_ = 0;
 };
 
-BallotTimes times_of(PointClock::time_point begin, const TraceTimes& spent, std::uint64_t hits) {
-  BallotTimes t = BALLOT_INIT(BallotTimes);
-  t.seconds = std::chrono::duration<double>(PointClock::now() - begin).count();
-  t.device_ms = spent.device_ms;
-  t.hits = hits;
-  return t;
-}
-
-BallotTimes query_points(SceneState& scene, const PointArray& points, const BallotNearest& to,
-                         const BallotPointQuery& query, Watch& watch) {
-  const auto begin = PointClock::now();
+BallotTimes query_points(SceneState& scene, const PointArray& points, const BallotNearest& to, const BallotQuery& query,
+                         Watch& watch) {
+  const Clock clock;
   ballot::DeviceScene& world = *scene.world;
-  NearestArrays out(to, scene, points.count(), is_by_sides(query));
+  PointQuery how = point_query(query);
+  NearestArrays out(to, scene, points.count(), how.sides);
   if (out.wants_inside() && !query.assume_closed) need_closed(world);
   if (out.wants_sides() && !query.assume_closed) need_wound(world);
   const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
-  const PointQuery how{.exact = is_exact(query.numeric), .sides = out.wants_sides()};
+  how.sides = out.wants_sides();
   TraceTimes spent;
   if (out.wants_nearest()) spent = world.points().nearest(stream_of<Nearest>(points, out, watch, 0, between), how);
   if (out.wants_inside())
     spent.device_ms += world.points().inside(stream_of<std::uint32_t>(points, out, watch, between, 1), how).device_ms;
-  return times_of(begin, spent, out.found());
+  return clock.times(spent, out.found());
 }
 
 /// Answers points of one array on the device by another.
 TraceTimes query_arrays(SceneState& scene, BufferState& points, BufferState& answers, std::uint64_t count,
-                        const BallotPointQuery& query) {
+                        const BallotQuery& query) {
   constexpr const char* kCall = "points on the device";
   ballot::DeviceScene& world = *scene.world;
   Buffer<ProbePoint>& from = array_of<ProbePoint>(points, scene, count, kCall, "points");
-  PointQuery how{.exact = is_exact(query.numeric), .sides = is_by_sides(query)};
+  PointQuery how = point_query(query);
   if (std::holds_alternative<Buffer<Nearest>>(answers.array)) {
     how.sides = false;
     return world.points().nearest(from, array_of<Nearest>(answers, scene, count, kCall, "answers"), count, how);
@@ -181,108 +156,19 @@ TraceTimes query_arrays(SceneState& scene, BufferState& points, BufferState& ans
   return world.points().signed_distances(from, distances, count, how);
 }
 
-/// A query for crossings, with the memory that it refers to.
-class ListQuery {
- public:
-  ListQuery(const SceneState& scene, const BallotLists& lists) : ray_masks_(lists.ray_masks) {
-    query_.most = lists.most ? lists.most : kAllHits;
-    query_.exact = is_exact(lists.numeric);
-    if (lists.cull > BALLOT_CULL_FRONT)
-      refuse(fmt::format("crossings: cull is {}; expected 0, none, 1, back, or 2, front", lists.cull));
-    query_.cull = Cull(lists.cull);
-    if (lists.alpha > 1) refuse(fmt::format("crossings: alpha is {}; expected 0 or 1", lists.alpha));
-    if (lists.alpha && query_.exact)
-      refuse("crossings: alpha is 1 and numeric is 'exact'; expected one of them: textures are read in float32");
-    query_.alpha = lists.alpha != 0;
-    if (!lists.ray_masks) return;
-    const SceneInstances& all = scene.world->scene_facts().instances;
-    if (std::ranges::all_of(all.placements, [](const Placement& p) { return p.mask == kMeetsAll; })) return;
-    for (const Placement& p : all.placements)
-      triangle_masks_.insert(triangle_masks_.end(), all.triangles_of(p.mesh), p.mask);
-    query_.triangle_masks = triangle_masks_;
-  }
-  ListQuery(const ListQuery&) = delete;
-  const CrossingQuery& query() const { return query_; }
-
-  /// Returns the rays in an order, with their masks.
-  RaySource source(const RayArray& rays, const RowOrder& order, Watch& watch) const {
-    RaySource source;
-    source.count = rays.count();
-    if (watch)
-      source.progress = [&watch, count = rays.count()](std::uint64_t done) { watch(double(done) / double(count)); };
-    source.read = [&](std::uint64_t first, std::span<Ray> room) { rays.read(order, std::size_t(first), room); };
-    if (!ray_masks_) return source;
-    source.masks = [this, &order](std::uint64_t first, std::span<std::uint32_t> room) {
-      order.for_runs(std::size_t(first), room.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
-        std::copy_n(ray_masks_ + place, n, room.begin() + std::ptrdiff_t(i));
-      });
-    };
-    return source;
-  }
-
- private:
-  CrossingQuery query_;
-  std::vector<std::uint32_t> triangle_masks_;
-  const std::uint32_t* ray_masks_;
-};
-
-/// Counts crossings. Rays in rows are taken in tiles, as by ballot_trace().
-BallotTimes count_crossings(SceneState& scene, const RayArray& rays, const BallotLists& lists) {
-  const auto begin = PointClock::now();
-  const ListQuery query(scene, lists);
-  const RowOrder order = RowOrder::find(rays);
-  Watch watch(lists, *scene.device);
-  const Watched watched(watch);
-  std::atomic<std::uint64_t> hits{0};
-  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> all) {
-    for_chunks(all.size(), kChunk, [&](std::size_t from, std::size_t to) {
-      const std::span<const std::uint32_t> some = all.subspan(from, to - from);
-      hits += std::uint64_t(some.size()) - std::uint64_t(std::ranges::count(some, 0u));
-      if (!lists.counts) return;
-      order.for_runs(std::size_t(first) + from, some.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
-        std::ranges::copy(some.subspan(i, n), lists.counts + place);
-      });
-    });
-  };
-  RayQueries& queries = scene.world->rays();
-  return times_of(begin, queries.count(query.source(rays, order, watch), take, query.query()), hits);
-}
-
-BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const BallotLists& lists) {
-  if (!lists.take && lists.most == 0) return count_crossings(scene, rays, lists);
-  const auto begin = PointClock::now();
-  const ListQuery query(scene, lists);
-  const RowOrder in_turn;
-  Watch watch(lists, *scene.device);
-  const Watched watched(watch);
-  std::uint64_t hits = 0;
-  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-      hits += counts[i] != 0;
-      if (lists.counts) lists.counts[first + i] = counts[i];
-    }
-    if (!lists.take) return;
-    const InCallback mark(*scene.device);
-    if (lists.take(lists.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(found.data())))
-      throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {} rays", first + counts.size()));
-  };
-  RayQueries& queries = scene.world->rays();
-  return times_of(begin, queries.list(query.source(rays, in_turn, watch), take, query.query()), hits);
-}
-
 }  // namespace
 }  // namespace ballot::api
 
 using namespace ballot::api;
 
 BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* nearest,
-                                 const BallotPointQuery* query, BallotTimes* times) {
+                                 const BallotQuery* query, BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(points, "ballot_query_points", "points");
     need(nearest, "ballot_query_points", "nearest");
     const PointArray array(read_struct(points, "BallotPoints"));
     const BallotNearest to = read_struct(nearest, "BallotNearest");
-    const BallotPointQuery q = read_struct(query, "BallotPointQuery");
+    const BallotQuery q = read_query(query, kPointsKind);
     Watch watch(q, *state->device, "points");
     const Watched watched(watch);
     const DeviceUse use(*state->device);
@@ -292,28 +178,15 @@ BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points,
 }
 
 BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, BallotBuffer* answers, uint64_t count,
-                                        const BallotPointQuery* query, BallotTimes* times) {
+                                        const BallotQuery* query, BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
-    const auto begin = PointClock::now();
+    const Clock clock;
     const auto from = use(points), to = use(answers);
-    const BallotPointQuery q = read_struct(query, "BallotPointQuery");
+    const BallotQuery q = read_query(query, kPointsKind);
     const DeviceUse device(*state->device);
     keep_fit(*state);
     const Watch watch(q, *state->device, "points");
     const Watched watched(watch);
-    write_struct(times, times_of(begin, query_arrays(*state, *from, *to, count, q), 0), "BallotTimes");
-  });
-}
-
-BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, const BallotLists* lists,
-                                   BallotTimes* times) {
-  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
-    need(rays, "ballot_list_crossings", "rays");
-    need(lists, "ballot_list_crossings", "lists");
-    const RayArray array(read_struct(rays, "BallotRays"));
-    const BallotLists l = read_struct(lists, "BallotLists");
-    const DeviceUse use(*state->device);
-    keep_fit(*state);
-    write_struct(times, list_crossings(*state, array, l), "BallotTimes");
+    write_struct(times, clock.times(query_arrays(*state, *from, *to, count, q), 0), "BallotTimes");
   });
 }

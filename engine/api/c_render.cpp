@@ -18,7 +18,7 @@ glm::dvec3 finite_vector(const double (&v)[3], const char* what) {
 
 /// Returns the view that a caller describes, or names.
 ballot::View view_of(const BallotView& v, const ballot::Scene& scene) {
-  if (v.name) return find_view(scene, v.name);
+  if (v.name) return find_view(scene, v.name.text);
   const glm::dvec3 eye = finite_vector(v.eye, "eye"), target = finite_vector(v.target, "target");
   if (eye == target) return scene.views.front();
   ballot::View view{.name = "view"};
@@ -44,13 +44,13 @@ ballot::View view_of(const BallotView& v, const ballot::Scene& scene) {
 
 ballot::RenderOptions options_of(const BallotPicture& p, const BallotQuery& query) {
   ballot::RenderOptions o;
-  o.width = p.width;
-  o.height = p.height;
+  o.width = p.width ? p.width : 512;
+  o.height = p.height ? p.height : 512;
   if (p.samples) o.spp = p.samples;
   if (p.shading) o.shading = p.shading;
   if (p.bounces) o.bounces = p.bounces;
   o.seed = p.seed;
-  o.query = query_of(query);
+  o.query = hit_query(query);
   o.aovs = {"color"};
   check_options(o);
   return o;
@@ -102,7 +102,7 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     need(picture, "ballot_render", "picture");
     const BallotPicture p = read_struct(picture, "BallotPicture");
     need(p.rgba, "ballot_render", "rgba");
-    const BallotQuery q = read_struct(query, "BallotQuery");
+    const BallotQuery q = read_query(query, kPictureKind);
     Watch watch(q, *state->device, "picture");
     const DeviceUse use(*state->device);
     keep_fit(*state);
@@ -110,7 +110,7 @@ BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const Bal
     ballot::DeviceScene& world = *state->world;
     const auto v = view_of(read_struct(view, "BallotView"), world.scene_facts());
     const auto options = options_of(p, q);
-    use_sky(*state, world, p.sky ? p.sky : "");
+    use_sky(*state, world, p.sky ? p.sky.text : "");
     ballot::RenderTimes spent;
     const auto progress = [&](double done) { watch(done); };
     write_rgba(world.render(v, options, &spent, watch ? ballot::Progress(progress) : ballot::Progress()), p.rgba);

@@ -11,13 +11,13 @@ namespace {
 std::shared_ptr<SceneState> new_state(const std::shared_ptr<DeviceState>& device, const BallotSceneOptions& o) {
   auto state = std::make_shared<SceneState>();
   state->device = device;
-  if (o.update) state->update = find_named(kUpdateModes, o.update, "update mode").id;
-  state->ids = find_named(kIdSources, o.ids ? o.ids : kDefaultIdSource, "source of ids").id;
+  if (o.updates) state->update = find_named(kUpdateModes, o.updates.text, "update mode").id;
+  state->ids = find_named(kIdSources, o.ids ? std::string_view(o.ids.text) : kDefaultIdSource, "source of ids").id;
   return state;
 }
 
 Layout layout_of(const BallotSceneOptions& o) {
-  return find_named(kLayouts, o.layout ? o.layout : kDefaultLayout, "layout").id;
+  return find_named(kLayouts, o.layout ? std::string_view(o.layout.text) : kDefaultLayout, "layout").id;
 }
 
 }  // namespace
@@ -35,7 +35,8 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     const BallotSceneOptions o = read_struct(options, "BallotSceneOptions");
     const auto state = new_state(d, o);
     if (state->ids != ballot::IdSource::Mesh)
-      refuse(fmt::format("ids is '{}': meshes in memory have ids of their own (BallotMesh::id); expected NULL", o.ids));
+      refuse(fmt::format("ids is '{}': meshes in memory have ids of their own (BallotMesh::id); expected NULL",
+                         o.ids.text));
     std::vector<ballot::Placement> placements;
     if (instances) placements = read_instances(read_struct(instances, "BallotInstances"));
     ballot::Scene made = read_meshes(meshes, count, state->meshes);
@@ -59,7 +60,7 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     const BallotSceneOptions o = read_struct(options, "BallotSceneOptions");
     const auto state = new_state(d, o);
     ballot::LoadOptions load{.allow_outside = o.allow_outside != 0, .layout = layout_of(o)};
-    if (o.instances) load.instances = ballot::find_named(ballot::kInstancePolicies, o.instances, "instances").id;
+    if (o.instances) load.instances = ballot::find_named(ballot::kInstancePolicies, o.instances.text, "instances").id;
     ballot::Scene loaded = ballot::load_scene(path, load);
     for (std::size_t m = 0; m < loaded.instances.meshes(); ++m) {
       const std::size_t triangles = loaded.instances.triangles_of(m);

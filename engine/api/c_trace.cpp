@@ -1,7 +1,6 @@
 // Tracing by the C interface: arrays in memory, in the background, buffers on the device.
-#include <chrono>
-
 #include "engine/api/arrays.h"
+#include "engine/api/crossings.h"
 
 namespace ballot::api {
 namespace {
@@ -10,38 +9,20 @@ namespace {
 struct Call {
   RayArray rays;
   BallotHits hits;
-  Query query;
+  BallotQuery query;
   Watch watch;
 };
 
 Call read_call(const SceneState& scene, const BallotRays* rays, const BallotHits* hits, const BallotQuery* query) {
   need(rays, "ballot_trace", "rays");
   need(hits, "ballot_trace", "hits");
-  const BallotQuery q = read_struct(query, "BallotQuery");
-  return {RayArray(read_struct(rays, "BallotRays")), read_struct(hits, "BallotHits"), query_of(q),
-          Watch(q, *scene.device)};
+  const BallotQuery q = read_query(query, kHitsKind);
+  return {RayArray(read_struct(rays, "BallotRays")), read_struct(hits, "BallotHits"), q, Watch(q, *scene.device)};
 }
 
-/// Measures a call.
-class Clock {
- public:
-  BallotTimes times(const TraceTimes& trace, std::uint64_t hits) const {
-    BallotTimes t = BALLOT_INIT(BallotTimes);
-    t.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    t.device_ms = trace.device_ms;
-    t.hits = hits;
-    return t;
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-BallotTimes trace(SceneState& scene, const Call& call) {
+/// Hits by the methods of `ballot methods`.
+BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
   const Clock clock;
-  keep_fit(scene);
-  Watch watch = call.watch;
-  const Watched watched(watch);
   const RowOrder order = RowOrder::find(call.rays);
   HitArrays out(call.hits, scene, order, call.rays.count());
   RayStream stream{
@@ -60,9 +41,21 @@ BallotTimes trace(SceneState& scene, const Call& call) {
   };
   if (watch) stream.progress = [&](std::uint64_t done) { watch(double(done) / double(call.rays.count())); };
   Tracer& tracer = scene.world->tracer();
-  tracer.variant(call.query);  // unknown names are an error even without rays
-  const TraceTimes spent = tracer.trace(stream, call.query);
+  const Query query = hit_query(call.query);
+  tracer.variant(query);  // unknown names are an error even without rays
+  const TraceTimes spent = tracer.trace(stream, query);
   return clock.times(spent, out.hits());
+}
+
+BallotTimes trace(SceneState& scene, const Call& call) {
+  keep_fit(scene);
+  Watch watch = call.watch;
+  const Watched watched(watch);
+  if (!call.rays.masks() && !asks_for_crossings(call.query)) return trace_by_method(scene, call, watch);
+  const Clock clock;
+  std::uint64_t hits = 0;
+  const TraceTimes spent = first_crossings(scene, call.rays, call.hits, call.query, watch, hits);
+  return clock.times(spent, hits);
 }
 
 void end_job(QueuedJob& job, SceneState& scene, const Call& call) {
@@ -130,7 +123,7 @@ void with_buffers(SceneState& scene, BallotBuffer* rays, BallotBuffer* hits, std
   constexpr const char* kCall = "trace of arrays on the device";
   Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kCall, "rays");
   Buffer<Hit>& out = array_of<Hit>(*to, scene, count, kCall, "hits");
-  const Query q = query_of(read_struct(query, "BallotQuery"));
+  const Query q = hit_query(read_query(query, kArraysKind));
   const DeviceHold hold(*scene.device);
   keep_fit(scene);
   trace(in, out, q);
@@ -197,7 +190,7 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, Ballot
                                   const BallotQuery* query, BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const Clock clock;
-    const Watch watch(read_struct(query, "BallotQuery"), *state->device);
+    const Watch watch(read_query(query, kArraysKind), *state->device);
     with_buffers(*state, rays, hits, count, query, [&](auto& from, auto& to, const ballot::Query& q) {
       const Watched watched(watch);
       const auto done = state->world->tracer().trace(from, to, std::uint32_t(count), q);

@@ -159,7 +159,7 @@ DeviceSceneOptions scene_options(const DeviceState& device, const BallotSceneOpt
   DeviceSceneOptions options;
   options.context = device.gpu;
   options.use_cache = cache;
-  options.build.builder = find_builder(o.builder ? o.builder : builder).id;
+  options.build.builder = find_builder(o.builder ? o.builder.text : builder).id;
   if (!(o.expected_rays >= 0)) refuse(fmt::format("expected_rays is {}; expected at least 0", o.expected_rays));
   if (o.expected_rays > 0) options.expected_rays = o.expected_rays;
   if (o.max_leaf) options.build.max_leaf = o.max_leaf;

@@ -186,12 +186,53 @@ void Columns<Floats>::read(std::size_t place, std::size_t n, Record* to) const {
   }
 }
 
+MaskColumn::MaskColumn(const char* what, const std::size_t (&shape)[BALLOT_AXES], std::size_t count,
+                       const BallotColumn& given)
+    : given_(given.data != nullptr) {
+  if (!given_ || count == 0) return;
+  if (given.type != BALLOT_UINT32)
+    refuse(fmt::format("{}: the type of mask is {}; expected BALLOT_UINT32", what, given.type));
+  bool varies = false;
+  std::size_t reach = 0;
+  for (; axes_ < BALLOT_AXES && shape[axes_]; ++axes_) {
+    shape_[axes_] = shape[axes_];
+    stride_[axes_] = shape[axes_] > 1 ? given.stride[axes_] : 0;
+    varies = varies || stride_[axes_];
+    reach += span_of(stride_[axes_], shape[axes_] - 1);
+    if (reach >= kMostBytes)
+      refuse(
+          fmt::format("{}: the stride of mask is {} bytes, along an axis of {}; no memory reaches that far: expected "
+                      "less than 2^47 bytes in all",
+                      what, stride_[axes_], shape[axes_]));
+  }
+  if (varies)
+    data_ = static_cast<const char*>(given.data);
+  else
+    std::memcpy(&common_, given.data, sizeof common_);
+}
+
+void MaskColumn::read(std::size_t place, std::span<std::uint32_t> to) const {
+  if (!data_) {
+    std::ranges::fill(to, common_);
+    return;
+  }
+  const std::size_t last = axes_ - 1;
+  for (std::size_t i = 0; i < to.size();) {
+    const char* from = data_;
+    std::size_t index = place + i;
+    const std::size_t some = std::min(to.size() - i, shape_[last] - index % shape_[last]);
+    for (std::size_t a = last + 1; a-- > 0; index /= shape_[a]) from += std::ptrdiff_t(index % shape_[a]) * stride_[a];
+    for (const std::size_t end = i + some; i < end; ++i, from += stride_[last]) std::memcpy(&to[i], from, sizeof to[i]);
+  }
+}
+
 RayArray::RayArray(const BallotRays& rays)
     : columns_("rays", rays.shape, {0, 0, 0, 0, 0, 0, 0, kNoBound}, kNoBound,
                {{{"origin", rays.origin, true},
                  {"t_min", rays.t_min, false},
                  {"direction", rays.direction, true},
-                 {"t_max", rays.t_max, false}}}) {}
+                 {"t_max", rays.t_max, false}}}),
+      masks_("rays", rays.shape, columns_.count(), rays.mask) {}
 
 void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const {
   auto* records = reinterpret_cast<Columns<8>::Record*>(rays.data());
@@ -213,11 +254,13 @@ const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
   return as_they_are ? reinterpret_cast<const Ray*>(records + first) : nullptr;
 }
 
-PointArray::PointArray(const BallotPoints& points)
+PointArray::PointArray(const BallotPoints& points, bool needs_limit)
     : columns_("points", points.shape, {0, 0, 0, kNoLimit}, kNoLimit,
-               {{{"at", points.at, true}, {"limit", points.limit, false}}}) {
-  if (const float limit = columns_.common()[3]; !(limit > 0))
-    refuse(fmt::format("points: limit is {}; expected a distance above 0, or none", limit));
+               {{{"at", points.at, true}, {"limit", points.limit, needs_limit}}}) {
+  const float limit = columns_.common()[3];
+  if (!(needs_limit ? limit >= 0 : limit > 0))
+    refuse(fmt::format("points: limit is {}; expected a distance {}", limit,
+                       needs_limit ? "that is not below 0" : "above 0, or none"));
 }
 
 void PointArray::read(std::uint64_t first, std::span<ProbePoint> points) const {

@@ -61,6 +61,26 @@ class Columns {
   float most_;
 };
 
+/// The masks of questions: a word for each, at any stride. Keeps the caller's pointer, but not that of a mask that stands
+/// for all.
+class MaskColumn {
+ public:
+  /// Throws Refused if the description is wrong. `count`: of the questions.
+  MaskColumn(const char* what, const std::size_t (&shape)[BALLOT_AXES], std::size_t count, const BallotColumn& given);
+  /// Returns false if none were given: all bits.
+  explicit operator bool() const { return given_; }
+  /// Writes the masks of questions from number `place` on.
+  void read(std::size_t place, std::span<std::uint32_t> to) const;
+
+ private:
+  bool given_ = false;
+  const char* data_ = nullptr;  // null: all have `common_`
+  std::uint32_t common_ = 0;
+  std::size_t axes_ = 0;
+  std::array<std::size_t, BALLOT_AXES> shape_{};
+  std::array<std::ptrdiff_t, BALLOT_AXES> stride_{};
+};
+
 /// The rays of a call.
 class RayArray {
  public:
@@ -75,16 +95,19 @@ class RayArray {
   /// Returns the rays [first, first + count) where they lie, if they are records that read() would copy as they are;
   /// null if not.
   const Ray* in_place(std::size_t first, std::size_t count) const;
+  const MaskColumn& masks() const { return masks_; }
 
  private:
   Columns<8> columns_;
+  MaskColumn masks_;
 };
 
 /// The points of a call.
 class PointArray {
  public:
-  /// Throws Refused if the description is wrong.
-  explicit PointArray(const BallotPoints& points);
+  /// Throws Refused if the description is wrong, or a limit for all is not above 0, with `needs_limit` is below 0 or is
+  /// none.
+  explicit PointArray(const BallotPoints& points, bool needs_limit = false);
   std::size_t count() const { return columns_.count(); }
   void read(std::uint64_t first, std::span<ProbePoint> points) const;
 

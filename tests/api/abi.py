@@ -19,11 +19,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTED = ROOT / "tests/api/abi.txt"
-HEADERS = ["ballot_c.h", "ballot_c_scenes.h", "ballot_c_points.h"]
+HEADERS = ["ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h"]
 
 
-def without_comments(text: str) -> str:
-    return re.sub(r"/\*.*?\*/", " ", text, flags=re.S)
+def as_c(text: str) -> str:
+    """Returns a header without its comments and what it says to C++."""
+    text = re.sub(r"/\*.*?\*/", " ", text, flags=re.S)
+    text = re.sub(r"#ifdef __cplusplus\n.*?#(?:else|endif)\n", "", text, flags=re.S)
+    return re.sub(r"BALLOT_SIZE\(\w+\)", "size_t size", text).replace(" BALLOT_ZERO", "")
 
 
 def members(body: str) -> list[str]:
@@ -54,7 +57,7 @@ def printed(text: str) -> list[str]:
 
 
 def interface(library: Path) -> str:
-    text = without_comments("\n".join((ROOT / "engine/api" / h).read_text() for h in HEADERS))
+    text = as_c("\n".join((ROOT / "engine/api" / h).read_text() for h in HEADERS))
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         body = "\n  ".join(printed(text))

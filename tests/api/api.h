@@ -22,7 +22,7 @@ Code code_of(const Call& call, std::string* text = nullptr) {
     return error.code();
   }
   ADD_FAILURE() << "no error";
-  return Code::Work;
+  return BALLOT_ERROR_WORK;
 }
 
 /// n x n squares in the plane z = 0, over [0, 1]^2.
@@ -39,7 +39,11 @@ struct Grid {
         indices.insert(indices.end(), {a, a + 1, b, b, a + 1, b + 1});
       }
   }
-  ballot::Mesh mesh(std::uint32_t id = 0) const { return {.positions = positions, .indices = indices, .id = id}; }
+  ballot::Mesh mesh(std::uint32_t id = 0) const {
+    ballot::Mesh made = ballot::mesh(positions, indices);
+    made.id = id;
+    return made;
+  }
 };
 
 inline std::vector<ballot::Ray> rays_down(std::size_t n) {

@@ -9,16 +9,16 @@ namespace {
 
 ballot::Scene dance_on(const ballot::Device& device, const std::string& update = "auto") {
   const auto file = std::filesystem::path(BALLOT_SOURCE_DIR) / "scenes" / "dance.gltf";
-  return ballot::Scene::load(device, file.string(), {.update = update});
+  return ballot::Scene::load(device, file.string(), {.updates = update});
 }
 
 TEST_F(Api, AnimationsOfAFile) {
   const ballot::Scene scene = dance_on(*device_);
   const auto all = scene.animations();
   ASSERT_EQ(all.size(), 2u);
-  EXPECT_EQ(all[0].name, "dance");
+  EXPECT_STREQ(all[0].name, "dance");
   EXPECT_EQ(all[0].seconds, 4);
-  EXPECT_EQ(all[1].name, "nod");
+  EXPECT_STREQ(all[1].name, "nod");
   EXPECT_EQ(all[1].channels, 1u);
   EXPECT_TRUE(ballot::Scene(*device_, {grid_.mesh()}).animations().empty());
 }
@@ -47,11 +47,11 @@ TEST_F(Api, TimesThatAreRefused) {
   ballot::Scene scene = dance_on(*device_), still(*device_, {grid_.mesh()});
   const std::vector<float> rest = scene.triangles();
   std::string text;
-  EXPECT_EQ(code_of([&] { scene.set_time(2, 0); }, &text), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.set_time(2, 0); }, &text), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(text.find("animation 2 of a scene that has 2"), std::string::npos) << text;
-  EXPECT_EQ(code_of([&] { still.set_time(0, 0); }, &text), Code::Argument);
+  EXPECT_EQ(code_of([&] { still.set_time(0, 0); }, &text), BALLOT_ERROR_ARGUMENT);
   for (const double seconds : {std::nan(""), HUGE_VAL})
-    EXPECT_EQ(code_of([&] { scene.set_time(0, seconds); }), Code::Argument);
+    EXPECT_EQ(code_of([&] { scene.set_time(0, seconds); }), BALLOT_ERROR_ARGUMENT);
   EXPECT_EQ(scene.triangles(), rest);
 }
 

@@ -71,9 +71,9 @@ TEST_F(Api, IndicesOf16BitsStridesAndNone) {
   const std::vector<std::uint16_t> indices{0, 1, 2};
   std::vector<ballot::Hit> hits(1);
   const std::vector<ballot::Ray> ray{{{0.2f, 0.2f, 1}, 0, {0, 0, -1}, 9}};
-  ballot::Scene(*device_, {{.positions = padded, .indices16 = indices, .stride = 16}}).trace(ray, hits);
+  ballot::Scene(*device_, {ballot::mesh(padded, std::span<const std::uint16_t>(indices), 16)}).trace(ray, hits);
   EXPECT_EQ(hits[0].t, 1);
-  ballot::Scene(*device_, {{.positions = padded, .stride = 16}}).trace(ray, hits);
+  ballot::Scene(*device_, {ballot::mesh(padded, std::span<const std::uint32_t>(), 16)}).trace(ray, hits);
   EXPECT_EQ(hits[0].t, 1);
 }
 
@@ -91,9 +91,9 @@ TEST_F(Api, UpdateMovesAMeshAndKeepsTheHandle) {
   }
   std::vector<float> wrong = grid_.positions;
   wrong[7] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(code_of([&] { move(scene, 0, wrong); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { move(scene, 0, Grid(3).positions); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { move(scene, 2, grid_.positions); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { move(scene, 0, wrong); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { move(scene, 0, Grid(3).positions); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { move(scene, 2, grid_.positions); }), BALLOT_ERROR_ARGUMENT);
   std::vector<ballot::Hit> after(rays.size());
   scene.trace(rays, after);
   EXPECT_EQ(std::memcmp(after.data(), hits.data(), hits.size() * sizeof hits[0]), 0);
@@ -171,11 +171,11 @@ TEST_F(Api, ArraysOnTheDeviceAndJobs) {
     EXPECT_TRUE(jobs[i].poll());
     EXPECT_EQ(std::memcmp(results[i].data(), expected.data(), hits.size() * sizeof hits[0]), 0);
   }
-  EXPECT_EQ(code_of([&] { scene.trace(in, out, rays.size() + 1); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { in.write(rays, 1); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.trace(in, out, rays.size() + 1); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { in.write(rays, 1); }), BALLOT_ERROR_ARGUMENT);
   const ballot::Device other;
   ballot::Array<ballot::Ray> elsewhere(other, 10);
-  EXPECT_EQ(code_of([&] { scene.trace(elsewhere, out, 10); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.trace(elsewhere, out, 10); }), BALLOT_ERROR_ARGUMENT);
 }
 
 // Batches that wait to be sent are not lost when a call after them fails.
@@ -191,8 +191,9 @@ TEST_F(Api, AFailedCallDropsNoBatch) {
   std::vector<ballot::Job> jobs;
   for (auto& hits : out) jobs.push_back(scene.submit(in, hits, rays.size(), {.ray_class = "down"}));
   const ballot::View view{.eye = {0.5, 0.5, 2}, .target = {0.5, 0.5, 0}};
-  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 8, .height = 8}, {.progress = [](double) { return false; }}); }),
-            Code::Interrupted);
+  const auto stops = [](double) { return false; };
+  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 8, .height = 8}, {.progress = stops}); }),
+            BALLOT_ERROR_INTERRUPTED);
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     jobs[i].wait();
     out[i].read(found);
@@ -203,7 +204,7 @@ TEST_F(Api, AFailedCallDropsNoBatch) {
 TEST_F(Api, WrongMeshesAreNamed) {
   std::string text;
   const auto refused = [&](ballot::Mesh mesh, const char* part) {
-    EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh(), mesh}); }, &text), Code::Argument);
+    EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh(), mesh}); }, &text), BALLOT_ERROR_ARGUMENT);
     EXPECT_NE(text.find("mesh 1"), std::string::npos) << text;
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
@@ -212,13 +213,13 @@ TEST_F(Api, WrongMeshesAreNamed) {
   odd.pop_back();
   std::vector<float> infinite = grid_.positions;
   infinite[31] = std::numeric_limits<float>::infinity();
-  refused({.positions = grid_.positions, .indices = far}, "index 4 is 100000");
-  refused({.positions = grid_.positions, .indices = odd}, "multiple of 3");
-  refused({.positions = infinite, .indices = grid_.indices}, "vertex 10");
+  refused(ballot::mesh(grid_.positions, far), "index 4 is 100000");
+  refused(ballot::mesh(grid_.positions, odd), "multiple of 3");
+  refused(ballot::mesh(infinite, grid_.indices), "vertex 10");
   refused({}, "positions is NULL or vertex_count is 0");
-  refused({.positions = grid_.positions, .indices = grid_.indices, .stride = 10}, "stride");
+  refused(ballot::mesh(grid_.positions, grid_.indices, 10), "stride");
   const std::vector<float> huge{0, 0, 0, 1e20f, 0, 0, 0, 1, 0};
-  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {{.positions = huge}}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {ballot::mesh(huge)}); }), BALLOT_ERROR_ARGUMENT);
   auto many = BALLOT_INIT(BallotMesh);
   many.positions = grid_.positions.data();
   many.vertex_count = std::size_t{3} << 31;  // 2^31 triangles, refused before they are read
@@ -231,12 +232,12 @@ TEST_F(Api, WrongQueriesAndRays) {
   const ballot::Scene scene(*device_, {grid_.mesh()});
   const auto rays = rays_down(10);
   std::vector<ballot::Hit> hits(rays.size());
-  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.method = "bogus"}); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.numeric = "bogus"}); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.knobs = {{"bogus", "1"}}}); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.trace(std::span(rays).first(9), std::span(hits)); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { ballot::Scene::load(*device_, "/nonexistent.glb"); }), Code::Work);
-  EXPECT_EQ(code_of([&] { ballot::Device("no such device"); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.method = "bogus"}); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.numeric = "bogus"}); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.knobs = "bogus=1"}); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { scene.trace(std::span(rays).first(9), std::span(hits)); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { ballot::Scene::load(*device_, "/nonexistent.glb"); }), BALLOT_ERROR_WORK);
+  EXPECT_EQ(code_of([&] { ballot::Device("no such device"); }), BALLOT_ERROR_ARGUMENT);
   auto in = BALLOT_INIT(BallotRays);
   auto out = BALLOT_INIT(BallotHits);
   in.shape[0] = 3;
@@ -245,7 +246,7 @@ TEST_F(Api, WrongQueriesAndRays) {
   in.direction.type = 2;
   EXPECT_EQ(ballot_trace(scene.handle(), &in, &out, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(std::string(ballot_scene_error(scene.handle())).find("the type of direction is 2"), std::string::npos);
-  BallotRays unset{};
+  BallotRays unset{.size = 0};
   EXPECT_EQ(ballot_trace(scene.handle(), &unset, &out, nullptr, nullptr), BALLOT_ERROR_ARGUMENT);
   EXPECT_EQ(ballot_trace(nullptr, &in, &out, nullptr, nullptr), BALLOT_ERROR_CLOSED);
 }
@@ -254,9 +255,11 @@ TEST_F(Api, AnInterruptedTraceEnds) {
   const ballot::Scene scene(*device_, {grid_.mesh()});
   const auto rays = rays_down(10000);
   std::vector<ballot::Hit> hits(rays.size());
-  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.progress = [](double) { return false; }}); }), Code::Interrupted);
+  const auto stops = [](double) { return false; };
+  EXPECT_EQ(code_of([&] { scene.trace(rays, hits, {.progress = stops}); }), BALLOT_ERROR_INTERRUPTED);
   double last = 0;
-  scene.trace(rays, hits, {.progress = [&](double done) { return last = done, true; }});
+  const auto follows = [&](double done) { return last = done, true; };
+  scene.trace(rays, hits, {.progress = follows});
   EXPECT_EQ(last, 1);
 }
 
@@ -300,7 +303,7 @@ TEST_F(Api, OlderStructsAreTaken) {
   const auto rays = rays_down(5);
   std::vector<ballot::Hit> hits(5);
   const BallotRays in = ballot_rays(rays.data(), rays.size());
-  const BallotHits out = ballot::detail::hits_of({.hits = hits.data()});
+  const BallotHits out{.hits = hits.data()};
   auto times = BALLOT_INIT(BallotTimes);
   times.size = offsetof(BallotTimes, device_ms);
   times.device_ms = -1;
@@ -344,11 +347,11 @@ TEST_F(Api, PicturesAndRaysOfAView) {
   EXPECT_NEAR(picture[middle + 2], 1, 1e-3);  // the normal (0, 0, 1) as a colour
   EXPECT_EQ(picture[middle + 3], 1);
   EXPECT_EQ(picture[3], 0);  // beside the square
-  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 0}); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 1u << 31, .height = 1u << 31}); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.make_rays(view, "primary", 1u << 31, 9); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.make_rays(view, "bogus", 8, 8); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { scene.render({.name = "no such view"}, {}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 20000}); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { scene.render(view, {.width = 1u << 31, .height = 1u << 31}); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { scene.make_rays(view, "primary", 1u << 31, 9); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { scene.make_rays(view, "bogus", 8, 8); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { scene.render({.name = "no such view"}, {}); }), BALLOT_ERROR_ARGUMENT);
 }
 
 TEST_F(Api, ASkyIsThatOfOnePicture) {
@@ -359,7 +362,7 @@ TEST_F(Api, ASkyIsThatOfOnePicture) {
   };
   const auto own = render(""), red = render("1,0,0");
   EXPECT_NE(red, own);
-  EXPECT_EQ(code_of([&] { render("bogus"); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { render("bogus"); }), BALLOT_ERROR_ARGUMENT);
   EXPECT_EQ(render("1,0,0"), red);
   EXPECT_EQ(render(""), own);
 }
@@ -371,12 +374,12 @@ TEST_F(Api, VersionsAgree) {
 }
 
 TEST_F(Api, NamesAreTaken) {
-  const auto holds = [](ballot::Names which, const char* name) {
+  const auto holds = [](BallotNames which, const char* name) {
     return std::ranges::count(ballot::names(which), name) == 1;
   };
-  EXPECT_TRUE(holds(ballot::Names::Methods, "auto") && holds(ballot::Names::Numeric, "exact"));
-  EXPECT_TRUE(holds(ballot::Names::Builders, "device") && holds(ballot::Names::RayKinds, "ao"));
-  EXPECT_TRUE(holds(ballot::Names::Shadings, "normals") && holds(ballot::Names::Shadings, "path"));
+  EXPECT_TRUE(holds(BALLOT_NAMES_METHODS, "auto") && holds(BALLOT_NAMES_NUMERIC, "exact"));
+  EXPECT_TRUE(holds(BALLOT_NAMES_BUILDERS, "device") && holds(BALLOT_NAMES_RAY_KINDS, "ao"));
+  EXPECT_TRUE(holds(BALLOT_NAMES_SHADINGS, "normals") && holds(BALLOT_NAMES_SHADINGS, "path"));
   EXPECT_EQ(ballot_name(BALLOT_NAMES_METHODS, 99), nullptr);
 }
 

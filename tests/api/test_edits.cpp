@@ -27,7 +27,11 @@ class Model {
     std::uint32_t mask;
   };
 
-  ballot::Mesh mesh(const Part& p) const { return {.positions = p.positions, .indices = p.indices, .id = p.id}; }
+  ballot::Mesh mesh(const Part& p) const {
+    ballot::Mesh made = ballot::mesh(p.positions, p.indices);
+    made.id = p.id;
+    return made;
+  }
 
   /// Makes the scene anew.
   ballot::Scene made(const ballot::Device& device, const char* layout) const {
@@ -44,7 +48,7 @@ class Model {
       which.push_back(index.at(p.mesh));
       masks.push_back(p.mask);
     }
-    return {device, meshes, {.transforms = transforms, .meshes = which, .masks = masks}, {.layout = layout}};
+    return {device, meshes, ballot::instances(transforms, which, masks), {.layout = layout}};
   }
 
   std::map<std::uint32_t, Part> parts;
@@ -93,7 +97,7 @@ class Editor {
     } else if (kind == 1 || model.places.empty()) {
       const std::uint32_t mesh = some(model.parts), mask = below(3) ? 0xFFFFFFFF : 1 + below(3);
       const Matrix m = below(3) ? matrix() : kIdentity;
-      const Numbers number = scene.add_instances({.transforms = m, .meshes = Numbers{mesh}, .masks = Numbers{mask}});
+      const Numbers number = scene.add_instances(ballot::instances(m, Numbers{mesh}, Numbers{mask}));
       model.places.insert_or_assign(number[0], Model::Place{mesh, m, mask});
     } else if (kind == 2 && model.parts.size() > 1) {
       const std::uint32_t mesh = some(model.parts);
@@ -159,7 +163,9 @@ class ApiEdits : public Api {
       scene.trace(rays, {.hits = hits.data(), .mesh_ids = ids.data(), .instances = instances.data()});
       scene.trace(rays, {.occluded = blocked.data()}, {.any = true});
       const Numbers of_rays(rays.size(), 1);
-      counts = scene.count_crossings(rays, {.ray_masks = of_rays});
+      ballot::RayView masked = ballot::rays(rays);
+      masked.masks = of_rays;
+      counts = scene.count_crossings(masked);
       std::vector<float> points;
       for (int i = 0; i < 90; ++i) points.push_back(at(random));
       distances.resize(30);
@@ -221,7 +227,7 @@ TEST_F(ApiEdits, FailuresLeaveTheSceneAsItWas) {
     Matrix singular{};
     std::string text;
     const auto expect_no_change = [&](const char* what) {
-      EXPECT_EQ(code_of([&] { scene.commit(); }, &text), Code::Argument) << what;
+      EXPECT_EQ(code_of([&] { scene.commit(); }, &text), BALLOT_ERROR_ARGUMENT) << what;
       EXPECT_NE(text.find(what), std::string::npos) << text;
       expect_same(Answers(scene), before);
       scene.commit();  // the edits are gone
@@ -235,9 +241,9 @@ TEST_F(ApiEdits, FailuresLeaveTheSceneAsItWas) {
     expect_no_change("instance 1: column 0 of the transform");
     const std::uint32_t added = scene.add_mesh(high.mesh());
     EXPECT_EQ(added, 2u);
-    scene.add_instances({.transforms = singular, .meshes = Numbers{added}});
+    scene.add_instances(ballot::instances(singular, Numbers{added}));
     expect_no_change("instance 2: column 0 of the transform");
-    EXPECT_EQ(code_of([&] { scene.remove_mesh(added); }, &text), Code::Argument);
+    EXPECT_EQ(code_of([&] { scene.remove_mesh(added); }, &text), BALLOT_ERROR_ARGUMENT);
     EXPECT_EQ(scene.add_mesh(high.mesh()), 3u);
     scene.discard();
     scene.set_vertices(0, lifted);
@@ -252,7 +258,7 @@ TEST_F(ApiEdits, FailuresLeaveTheSceneAsItWas) {
 
 // Only all edits together can be: an instance is made small, and its mesh so large that it was refused before.
 TEST_F(ApiEdits, MovesAreMadeTogether) {
-  ballot::Scene scene(*device_, {grid_.mesh()}, {.transforms = kIdentity});
+  ballot::Scene scene(*device_, {grid_.mesh()}, ballot::instances(kIdentity));
   std::vector<float> huge = grid_.positions;
   for (float& x : huge) x *= 1e12f;
   Matrix large = kIdentity, small = kIdentity;
@@ -261,7 +267,7 @@ TEST_F(ApiEdits, MovesAreMadeTogether) {
   scene.set_transforms(large);
   scene.commit();
   scene.set_vertices(0, huge);
-  EXPECT_EQ(code_of([&] { scene.commit(); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene.commit(); }), BALLOT_ERROR_ARGUMENT);
   scene.set_vertices(0, huge);
   scene.set_transforms(small);
   scene.commit();
@@ -279,7 +285,7 @@ TEST_F(ApiEdits, WrongEditsAddNothing) {
   const Answers before(scene);
   std::string text;
   const auto expect_refused = [&](const auto& edit, const char* what) {
-    EXPECT_EQ(code_of(edit, &text), Code::Argument) << what;
+    EXPECT_EQ(code_of(edit, &text), BALLOT_ERROR_ARGUMENT) << what;
     EXPECT_NE(text.find(what), std::string::npos) << text;
   };
   const Matrix unit = kIdentity;
@@ -288,7 +294,7 @@ TEST_F(ApiEdits, WrongEditsAddNothing) {
   expect_refused([&] { scene.add_mesh({}); }, "positions is NULL");
   expect_refused([&] { scene.set_vertices(0, std::vector<float>(6)); }, "2 vertices, but the mesh was made with");
   expect_refused([&] { scene.set_vertices(4, grid_.positions); }, "mesh 4: the scene has no mesh");
-  expect_refused([&] { scene.add_instances({.transforms = unit, .meshes = Numbers{7}}); }, "mesh 7: the scene has no");
+  expect_refused([&] { scene.add_instances(ballot::instances(unit, Numbers{7})); }, "mesh 7: the scene has no");
   expect_refused([&] { scene.remove_instances(Numbers{0, 5}); }, "instance 5: the scene has no instance");
   expect_refused([&] { scene.remove_instances(Numbers{1, 1}); }, "instance 1: it is named twice");
   expect_refused([&] { scene.set_transforms(unit); }, "1 transforms, but the scene has 2 instances");
@@ -308,7 +314,7 @@ TEST_F(ApiEdits, WrongEditsAddNothing) {
   EXPECT_EQ(scene.info().triangles, 0u);
   EXPECT_EQ(scene.trace(rays_down(8), ballot::Results{}).hits, 0u);
   EXPECT_EQ(scene.add_mesh(grid_.mesh()), 2u);
-  EXPECT_EQ(scene.add_instances({.transforms = unit, .meshes = Numbers{2}}), Numbers{2});
+  EXPECT_EQ(scene.add_instances(ballot::instances(unit, Numbers{2})), Numbers{2});
   scene.commit();
   EXPECT_GT(scene.trace(rays_down(100), ballot::Results{}).hits, 0u);
 }
@@ -330,7 +336,7 @@ TEST_F(ApiEdits, ThreadsTraceMeanwhile) {
   });
   for (int i = 0; i < 10; ++i) {
     const std::uint32_t mesh = scene.add_mesh(high.mesh());
-    scene.add_instances({.transforms = kIdentity, .meshes = Numbers{mesh}});
+    scene.add_instances(ballot::instances(kIdentity, Numbers{mesh}));
     scene.commit();
     scene.remove_mesh(mesh);
     scene.commit();

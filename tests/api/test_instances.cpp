@@ -22,7 +22,7 @@ std::string text_of(const Call& call) {
   try {
     call();
   } catch (const ballot::Error& error) {
-    EXPECT_EQ(error.code(), ballot::Code::Argument) << error.what();
+    EXPECT_EQ(error.code(), BALLOT_ERROR_ARGUMENT) << error.what();
     return error.what();
   }
   ADD_FAILURE() << "no error";
@@ -36,7 +36,7 @@ TEST_F(ApiInstances, InstancesNameInstanceAndPrimitive) {
                                       -1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0,       // over [-1, 0] x [0, 2], mirrored
                                       1,  0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -1.5f};  // below the first
   const std::vector<std::uint32_t> meshes{1, 0, 1};
-  ballot::Scene scene(*device_, {grid_.mesh(7), small.mesh(9)}, {.transforms = transforms, .meshes = meshes});
+  ballot::Scene scene(*device_, {grid_.mesh(7), small.mesh(9)}, ballot::instances(transforms, meshes));
   EXPECT_EQ(scene.info().instances, 3u);
   EXPECT_EQ(scene.info().instance_triangles, 512u + 2 * 8);
   EXPECT_EQ(scene.info().triangles, 512u + 8);
@@ -98,8 +98,8 @@ TEST_F(ApiInstances, MirrorsAreThoseOfMovedVertices) {
   Grid moved(2);
   for (std::size_t i = 0; i < moved.positions.size(); i += 3) moved.positions[i] *= -1, moved.positions[i + 1] *= 2;
   const std::vector<float> mirror{-1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1, 0}, whole{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  ballot::Scene flat(*device_, {moved.mesh()}), placed(*device_, {Grid(2).mesh()}, {.transforms = mirror});
-  ballot::Scene turned(*device_, {Grid(2).mesh()}, {.transforms = whole});
+  ballot::Scene flat(*device_, {moved.mesh()}), placed(*device_, {Grid(2).mesh()}, ballot::instances(mirror));
+  ballot::Scene turned(*device_, {Grid(2).mesh()}, ballot::instances(whole));
   place(turned, mirror);
   const std::vector<ballot::Ray> rays{{{-0.4f, 1.5f, 2}, 0, {0, 0, -1}, 10}, {{-0.8f, 0.3f, -2}, 0, {0, 0, 1}, 10}};
   std::vector<ballot::Hit> hits[3];
@@ -127,12 +127,12 @@ TEST_F(ApiInstances, VerticesOfAMeshMove) {
                                   0.5f, 0, 0, 0.2f, 0, 0.5f, 0, 0.1f, 0, 0, 1, 0.7f};
   const Grid small(2);
   const std::vector<std::uint32_t> meshes{0, 1};
-  const ballot::Instances instances{.transforms = places, .meshes = meshes};
+  const ballot::Instances instances = ballot::instances(places, meshes);
   const auto rays = rays_onto(3000);
   std::vector<ballot::Hit> before(rays.size()), expected(rays.size()), hits(rays.size());
   ballot::Scene(*device_, {wavy.mesh(), small.mesh()}, instances).trace(rays, expected);
   for (const std::string mode : {"refit", "rebuild", "auto"}) {
-    ballot::Scene scene(*device_, {grid_.mesh(), small.mesh()}, instances, {.update = mode});
+    ballot::Scene scene(*device_, {grid_.mesh(), small.mesh()}, instances, {.updates = mode});
     scene.trace(rays, before);
     std::vector<float> wrong = wavy.positions;
     wrong[7] = std::numeric_limits<float>::quiet_NaN();
@@ -158,7 +158,7 @@ TEST_F(ApiInstances, EveryAnswerFollowsAMesh) {
       {"best", 16}, {"balanced", 16}, {"device", 16}, {"device", 182}};
   for (const auto& [builder, side] : cases) {
     const Grid low(side), high(side, 1);
-    ballot::Scene scene(*device_, {low.mesh()}, {.transforms = places}, {.builder = builder, .split_budget = 4});
+    ballot::Scene scene(*device_, {low.mesh()}, ballot::instances(places), {.builder = builder, .split_budget = 4});
     const float point[] = {0.5f, 0.5f, 3};
     const ballot::Ray ray{{0.3f, 0.4f, 3}, 0, {0, 0, -1}, 100};
     float distance;
@@ -167,7 +167,7 @@ TEST_F(ApiInstances, EveryAnswerFollowsAMesh) {
       scene.nearest(point, {.distances = &distance});
       EXPECT_NEAR(distance, 3 - z, side > 16 ? 1e-6 : 0) << builder;  // points on small triangles are rounded
       EXPECT_EQ(scene.meshes()[0].hi[2], z);
-      const ballot::Crossings crossings = scene.crossings({&ray, 1});
+      const ballot::Lists crossings = scene.crossings({&ray, 1});
       ASSERT_EQ(crossings.hits.size(), 1u) << builder;
       EXPECT_NEAR(crossings.hits[0].t, 3 - z, side > 16 ? 1e-6 : 0) << builder;  // small triangles round
     }
@@ -179,7 +179,7 @@ TEST_F(ApiInstances, MeshesThatCannotBePlacedStay) {
   const std::vector<float> places{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 4, 0, 0, 0, 0, 4, 0, 0, 0, 0, 4, 3};
   const auto rays = rays_onto(500);
   std::vector<ballot::Hit> before(rays.size()), hits(rays.size());
-  ballot::Scene scene(*device_, {grid_.mesh()}, {.transforms = places});
+  ballot::Scene scene(*device_, {grid_.mesh()}, ballot::instances(places));
   scene.trace(rays, before);
   std::vector<float> large = grid_.positions;
   for (float& x : large) x *= 9e11f;
@@ -199,7 +199,7 @@ TEST_F(ApiInstances, PicturesAreThoseOfCopies) {
   const std::vector<float> places{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -0.5f};
   Grid low(16);
   for (std::size_t i = 2; i < low.positions.size(); i += 3) low.positions[i] -= 0.5f;
-  ballot::Scene placed(*device_, {grid_.mesh()}, {.transforms = places});
+  ballot::Scene placed(*device_, {grid_.mesh()}, ballot::instances(places));
   ballot::Scene copied(*device_, {grid_.mesh(), low.mesh()});
   const ballot::View view;
   const ballot::Picture picture{.width = 32, .height = 32, .samples = 2};
@@ -214,7 +214,7 @@ TEST_F(ApiInstances, WrongInstancesAreNamed) {
   const std::vector<float> good{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   std::vector<float> two = good;
   two.insert(two.end(), good.begin(), good.end());
-  ballot::Scene scene(*device_, {grid_.mesh()}, {.transforms = two});
+  ballot::Scene scene(*device_, {grid_.mesh()}, ballot::instances(two));
   two[12] = two[17] = two[22] = 0;
   EXPECT_NE(text_of([&] { place(scene, two); }).find("instance 1: column 0 of the transform has 0"), std::string::npos);
   two[17] = std::numeric_limits<float>::infinity();
@@ -225,7 +225,7 @@ TEST_F(ApiInstances, WrongInstancesAreNamed) {
   EXPECT_NE(text_of([&] { move(scene, 1, grid_.positions); }).find("mesh 1: the scene has no mesh of this number"),
             std::string::npos);
   EXPECT_NE(text_of([&] {
-              ballot::Scene(*device_, {grid_.mesh()}, {.transforms = good, .meshes = std::vector<std::uint32_t>{3}});
+              ballot::Scene(*device_, {grid_.mesh()}, ballot::instances(good, std::vector<std::uint32_t>{3}));
             }).find("instance 0: its mesh is number 3, but there are 1 meshes"),
             std::string::npos);
   ballot::Scene plain(*device_, {grid_.mesh()});

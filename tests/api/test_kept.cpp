@@ -77,7 +77,7 @@ TEST_F(Api, MeshesThatAreKeptOnceAnswerAsCopiesDo) {
 
 TEST_F(Api, PointsNearKeptMeshesAreThoseNearCopies) {
   std::string text;
-  EXPECT_EQ(code_of([&] { dance_with(*device_, "keeep"); }, &text), Code::Argument);
+  EXPECT_EQ(code_of([&] { dance_with(*device_, "keeep"); }, &text), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(text.find("'keeep'; there are: "), std::string::npos) << text;
   const std::vector<float> points{0, 0, 0, 1, 2, 3};
   std::vector<float> kept(2), copied(2);

@@ -123,8 +123,14 @@ TEST_F(ApiParts, IdsAreThoseOfMeshesNodesOrMaterials) {
     EXPECT_EQ(ids("material"), (Numbers{0, 0, 1, 0, ballot::kMiss})) << policy;
   }
   std::string text;
-  EXPECT_EQ(code_of([&] { load("plates.gltf", kPlates, {.ids = "name"}); }, &text), Code::Argument);
+  EXPECT_EQ(code_of([&] { load("plates.gltf", kPlates, {.ids = "name"}); }, &text), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(text.find("'name'; there are: mesh, node, material"), std::string::npos) << text;
+}
+
+ballot::RayView masked(std::span<const ballot::Ray> rays, const Numbers& masks) {
+  ballot::RayView view = ballot::rays(rays);
+  view.masks = masks;
+  return view;
 }
 
 TEST_F(ApiParts, GroupsOfObjAreMeshes) {
@@ -141,14 +147,14 @@ TEST_F(ApiParts, GroupsOfObjAreMeshes) {
   const ballot::Ray ray{{0.25f, 0.25f, 2}, 0, {0, 0, -1}, 10};
   scene.set_masks(parts, masks);
   scene.commit();
-  EXPECT_EQ(scene.count_crossings({&ray, 1}, {.ray_masks = rays}), (Counts{0}));
+  EXPECT_EQ(scene.count_crossings(masked({&ray, 1}, rays)), (Counts{0}));
   EXPECT_EQ(scene.info().trees, 0u);
   move(scene, 1, std::vector<float>{3, 0, 1, 4, 0, 1, 3, 1, 1});
   EXPECT_EQ(Found(scene).t[1], 1);
   EXPECT_EQ(Found(scene).t[0], 2);
   EXPECT_EQ(scene.meshes()[1].lo[2], 1);
   std::string text;
-  EXPECT_EQ(code_of([&] { move(scene, 1, std::vector<float>(6)); }, &text), Code::Argument);
+  EXPECT_EQ(code_of([&] { move(scene, 1, std::vector<float>(6)); }, &text), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(text.find("2 vertices, but the mesh was made with 3"), std::string::npos) << text;
 }
 
@@ -159,7 +165,7 @@ TEST_F(ApiParts, MasksAreOfInstances) {
     for (const float y : {0.25f, 3.25f}) rays.push_back({{x, y, 2}, 0, {0, 0, -1}, 10});
   scene.set_masks(Numbers{0, 1, 2, 3}, Numbers{1, 1, 2, 1});
   scene.commit();
-  EXPECT_EQ(scene.count_crossings(rays, {.ray_masks = Numbers{1, 1, 1, 1}}), (Counts{1, 0, 1, 1}));
+  EXPECT_EQ(scene.count_crossings(masked(rays, Numbers{1, 1, 1, 1})), (Counts{1, 0, 1, 1}));
   EXPECT_EQ(scene.count_crossings(rays), (Counts{1, 1, 1, 1}));
   const Found before(scene);
   scene.set_masks(Numbers{1}, Numbers{0});
@@ -193,7 +199,7 @@ TEST_F(ApiParts, PartsOfALoadedSceneMove) {
   place(scene, before);
   EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
   places.resize(36);
-  EXPECT_EQ(code_of([&] { place(scene, places); }, &text), Code::Argument);
+  EXPECT_EQ(code_of([&] { place(scene, places); }, &text), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(text.find("3 transforms, but the scene has 4 instances"), std::string::npos) << text;
   EXPECT_EQ(Found(scene).t, (std::vector<float>{1, 0.5f, 2, 2, INFINITY}));
   ballot::Scene copied = load("plates.gltf", kPlates, {.instances = "copy"});
@@ -240,7 +246,7 @@ TEST_F(ApiParts, AnimationsAloneMoveTheirScene) {
   for (const char* policy : {"keep", "copy"}) {
     ballot::Scene scene = ballot::Scene::load(*device_, file.string(), {.instances = policy});
     std::string text;
-    EXPECT_EQ(code_of([&] { move(scene, 0, std::vector<float>(9)); }, &text), Code::Argument);
+    EXPECT_EQ(code_of([&] { move(scene, 0, std::vector<float>(9)); }, &text), BALLOT_ERROR_ARGUMENT);
     EXPECT_NE(text.find("the scene's animations move it"), std::string::npos) << text;
   }
 }

@@ -40,7 +40,7 @@ class Refusals : public Api {
   const ballot::Scene scene_{*device_, {grid_.mesh()}};
   const std::vector<ballot::Ray> rays_ = rays_down(4);
   float room_[4] = {};
-  const BallotMesh mesh_ = ballot::detail::mesh_of(grid_.mesh());
+  const BallotMesh mesh_ = grid_.mesh();
   BallotInstances places_ = BALLOT_INIT(BallotInstances);
   const BallotRays in_ = ballot_rays(rays_.data(), rays_.size());
   BallotHits out_ = BALLOT_INIT(BallotHits);
@@ -65,7 +65,7 @@ TEST_F(Refusals, StridesOfEveryArray) {
     expect_refused(ballot_scene_set_vertices(scene_.handle(), 0, mesh_.positions, mesh_.vertex_count, stride),
                    "0: stride is");
   }
-  const ballot::Scene placed(*device_, {grid_.mesh()}, {.transforms = kPlace});
+  const ballot::Scene placed(*device_, {grid_.mesh()}, ballot::instances(kPlace));
   expect_refused(ballot_scene_set_transforms(placed.handle(), nullptr, kPlace, 1, 40), "transforms: stride is 40");
   expect_refused(ballot_scene_set_transforms(placed.handle(), nullptr, kPlace, 1, negative),
                  "transforms: stride is -12");
@@ -80,7 +80,7 @@ TEST_F(Refusals, ColumnsThatReachTooFar) {
     expect_refused(ballot_trace(scene_.handle(), &r, &out_, nullptr, nullptr), rays.c_str());
     BallotJob* job = nullptr;
     expect_refused(ballot_submit(scene_.handle(), &r, &out_, nullptr, &job), rays.c_str());
-    expect_refused(ballot_list_crossings(scene_.handle(), &r, &lists_, nullptr), rays.c_str());
+    expect_refused(ballot_list_crossings(scene_.handle(), &r, &lists_, nullptr, nullptr), rays.c_str());
     auto p = points_;
     change(p.at);
     const std::string points = std::string("points: the ") + part + " of at ";
@@ -123,16 +123,17 @@ TEST_F(Refusals, CountsOfEveryArray) {
     expect_refused(ballot_scene_set_vertices(scene_.handle(), 0, mesh_.positions, count, 0),
                    "but the mesh was made with");
     auto query = BALLOT_INIT(BallotQuery);
-    query.knob_count = count;
-    expect_refused(ballot_trace(scene_.handle(), &in_, &out_, &query, nullptr), "knobs: there are");
+    query.knobs = "vote";
+    expect_refused(ballot_trace(scene_.handle(), &in_, &out_, &query, nullptr),
+                   "knobs: found 'vote'; expected NAME=VALUE");
     BallotBuffer* buffer = nullptr;
     expect_refused(ballot_buffer_create(device_->handle(), BALLOT_RECORD_RAY, count, nullptr, &buffer), "records");
-    const ballot::Scene placed(*device_, {grid_.mesh()}, {.transforms = kPlace});
+    const ballot::Scene placed(*device_, {grid_.mesh()}, ballot::instances(kPlace));
     expect_refused(ballot_scene_set_transforms(placed.handle(), nullptr, kPlace, count, 0), "records are");
   }
   const std::vector<float> few(9, 1.0f);
-  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {{.positions = grid_.positions, .normals = few}}); }),
-            Code::Argument);
+  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {ballot::mesh(grid_.positions, grid_.indices, 0, few)}); }),
+            BALLOT_ERROR_ARGUMENT);
 }
 
 // A range that holds no number, and directions and origins that are none, are dead rays: misses. A limit and a view are
@@ -153,20 +154,21 @@ TEST_F(Refusals, NumbersThatAreNone) {
   float distance = 0;
   for (const float limit : {kNan, -1.0f, -kInfinite}) {
     std::string text;
-    EXPECT_EQ(code_of([&] { scene_.nearest(point, {.distances = &distance}, {.limit = limit}); }, &text),
-              Code::Argument);
+    EXPECT_EQ(code_of([&] { scene_.nearest({.at = point, .limit = limit}, {.distances = &distance}); }, &text),
+              BALLOT_ERROR_ARGUMENT);
     EXPECT_NE(text.find("points: limit is"), std::string::npos) << text;
   }
   for (const double wrong : {std::nan(""), HUGE_VAL, -1.0}) {
     ballot::View view{.eye = {0.5, 0.5, 2}, .target = {0.5, 0.5, 0}};
     view.ymag = wrong;
-    EXPECT_EQ(code_of([&] { scene_.render(view, {.width = 8, .height = 8}); }), Code::Argument) << wrong;
+    EXPECT_EQ(code_of([&] { scene_.render(view, {.width = 8, .height = 8}); }), BALLOT_ERROR_ARGUMENT) << wrong;
     view.ymag = 0, view.yfov = wrong;
-    EXPECT_EQ(code_of([&] { scene_.render(view, {.width = 8, .height = 8}); }), Code::Argument) << wrong;
+    EXPECT_EQ(code_of([&] { scene_.render(view, {.width = 8, .height = 8}); }), BALLOT_ERROR_ARGUMENT) << wrong;
   }
   for (const float wrong : {kNan, kInfinite}) {
     const float place[] = {1, 0, 0, wrong, 0, 1, 0, 0, 0, 0, 1, 0};
-    EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh()}, {.transforms = place}); }), Code::Argument);
+    EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh()}, ballot::instances(place)); }),
+              BALLOT_ERROR_ARGUMENT);
   }
 }
 
@@ -197,13 +199,12 @@ TEST_F(Refusals, CallsFromCallbacks) {
     Again again{&scene_, other, nullptr, {}};
     const auto progress = [](void* user, double) { return static_cast<Again*>(user)->call(); };
     const BallotRays rays = ballot_rays(rays_.data(), rays_.size());
-    const BallotHits to = ballot::detail::hits_of({.hits = hits.data()});
+    const BallotHits to{.hits = hits.data()};
     auto query = BALLOT_INIT(BallotQuery);
     auto lists = BALLOT_INIT(BallotLists);
-    auto asked = BALLOT_INIT(BallotPointQuery);
     auto options = BALLOT_INIT(BallotSceneOptions);
-    query.user = lists.user = asked.user = options.user = &again;
-    query.progress = asked.progress = options.progress = progress;
+    lists.user = &again;
+    query.progress = options.progress = {progress, &again};
     if (kind == 0) {
       EXPECT_EQ(ballot_trace(scene_.handle(), &rays, &to, &query, nullptr), BALLOT_OK);
     } else if (kind == 1) {  // the job waits for itself
@@ -215,17 +216,17 @@ TEST_F(Refusals, CallsFromCallbacks) {
       lists.take = [](void* user, std::uint64_t, std::size_t, const std::uint32_t*, const BallotHit*) {
         return static_cast<Again*>(user)->call();
       };
-      EXPECT_EQ(ballot_list_crossings(scene_.handle(), &rays, &lists, nullptr), BALLOT_OK);
+      EXPECT_EQ(ballot_list_crossings(scene_.handle(), &rays, &lists, nullptr, nullptr), BALLOT_OK);
     } else if (kind == 3) {
       const BallotPoints points = ballot_points(point, 1);
       auto nearest = BALLOT_INIT(BallotNearest);
       float distance = 0;
       nearest.distances = &distance;
       ASSERT_EQ(ballot_submit(scene_.handle(), &rays, &to, nullptr, &again.job), BALLOT_OK);
-      EXPECT_EQ(ballot_query_points(scene_.handle(), &points, &nearest, &asked, nullptr), BALLOT_OK);
+      EXPECT_EQ(ballot_query_points(scene_.handle(), &points, &nearest, &query, nullptr), BALLOT_OK);
     } else {
       options.builder = "balanced";
-      auto mesh = ballot::detail::mesh_of(grid_.mesh());
+      auto mesh = grid_.mesh();
       BallotScene* made = nullptr;
       EXPECT_EQ(ballot_scene_create(device_->handle(), &mesh, 1, nullptr, &options, &made), BALLOT_OK);
       ballot_scene_destroy(made);
@@ -259,16 +260,16 @@ TEST_F(Refusals, ProgressOfEveryCall) {
   expect_asked("nearest");
   EXPECT_EQ(scene_.count_crossings(rays, {.progress = goes_on}).size(), rays.size());
   expect_asked("numbers of crossings");
-  scene_.crossings(rays, {.most = 3, .progress = goes_on});
+  scene_.crossings(rays, {.first = 3, .progress = goes_on});
   expect_asked("crossings");
   ballot::Scene(*device_, {grid_.mesh()}, {.builder = "balanced", .progress = goes_on});
   expect_asked("a scene");
   EXPECT_EQ(code_of([&] { scene_.nearest(points, {.distances = distances.data()}, {.progress = stops}); }),
-            Code::Interrupted);
-  EXPECT_EQ(code_of([&] { scene_.count_crossings(rays, {.progress = stops}); }), Code::Interrupted);
-  EXPECT_EQ(code_of([&] { scene_.crossings(rays, {.progress = stops}); }), Code::Interrupted);
+            BALLOT_ERROR_INTERRUPTED);
+  EXPECT_EQ(code_of([&] { scene_.count_crossings(rays, {.progress = stops}); }), BALLOT_ERROR_INTERRUPTED);
+  EXPECT_EQ(code_of([&] { scene_.crossings(rays, {.progress = stops}); }), BALLOT_ERROR_INTERRUPTED);
   EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh()}, {.builder = "balanced", .progress = stops}); }),
-            Code::Interrupted);
+            BALLOT_ERROR_INTERRUPTED);
 }
 
 }  // namespace

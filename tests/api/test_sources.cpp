@@ -185,7 +185,7 @@ TEST_F(Sources, LayoutsOfPoints) {
   limits.at(5) = HUGE_VAL, limits.at(6) = -1, limits.at(7) = std::nan("");
   for (const auto how : Laid::kAll) {
     SCOPED_TRACE(int(how));
-    const ballot::PointView view{.at = points.column(how), .shape = {kCount}};
+    ballot::PointView view{.at = points.column(how), .shape = {kCount}};
     std::vector<float> xyz, found(kCount), near(3 * kCount), expected(kCount), expected_near(3 * kCount);
     for (std::size_t i = 0; i < kCount; ++i) xyz.insert(xyz.end(), {points.is(i, 0), points.is(i, 1), points.is(i, 2)});
     scene_.nearest(view, {.distances = found.data(), .points = near.data()});
@@ -193,7 +193,8 @@ TEST_F(Sources, LayoutsOfPoints) {
     expect_same(found, expected);
     expect_same(near, expected_near);
     for (const auto of_limits : {Laid::How::Floats, Laid::How::Padded, Laid::How::One}) {
-      scene_.nearest(view, {.distances = found.data()}, {.limit = limits.column(of_limits)});
+      view.limit = limits.column(of_limits);
+      scene_.nearest(view, {.distances = found.data()});
       for (std::size_t i = 0; i < kCount; ++i)
         EXPECT_EQ(found[i], expected[i] <= limits.is(i) ? expected[i] : kNoEnd) << i;
     }
@@ -205,7 +206,7 @@ TEST_F(Sources, ViewsThatDoNotFit) {
   float t[4] = {7, 7, 7, 7};
   const auto refused = [&](const ballot::RayView& view, const char* part) {
     std::string text;
-    EXPECT_EQ(code_of([&] { scene_.trace(view, {.t = t}); }, &text), Code::Argument);
+    EXPECT_EQ(code_of([&] { scene_.trace(view, {.t = t}); }, &text), BALLOT_ERROR_ARGUMENT);
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
   refused({.origins = four, .directions = three},
@@ -215,7 +216,7 @@ TEST_F(Sources, ViewsThatDoNotFit) {
   refused({.origins = std::span(four).first(5), .directions = four}, "rays: origins has 5 numbers; expected 3 of each");
   refused({.origins = 1, .directions = four}, "rays: origins has 1 numbers; expected 3 of each");
   refused({.origins = four, .directions = {}}, "rays: the data of direction are NULL, but there are 4");
-  EXPECT_EQ(code_of([&] { scene_.nearest(four, {.distances = t}, {.limit = three}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { scene_.nearest({.at = four, .limit = three}, {.distances = t}); }), BALLOT_ERROR_ARGUMENT);
   EXPECT_EQ(t[0], 7);
   const std::vector<double> none;
   scene_.trace({.origins = four, .directions = four, .shape = {4}}, {.t = t});

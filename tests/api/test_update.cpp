@@ -17,7 +17,7 @@ TEST_F(Api, UpdateModesGiveTheHitsOfANewScene) {
   for (const char* builder : {"best", "balanced", "fast", "device", "auto"}) {
     ballot::Scene(*device_, {wavy.mesh()}, {.builder = builder}).trace(rays, expected);
     for (const std::string mode : {"refit", "rebuild", "auto"}) {
-      ballot::Scene scene(*device_, {grid_.mesh()}, {.builder = builder, .update = mode});
+      ballot::Scene scene(*device_, {grid_.mesh()}, {.builder = builder, .updates = mode});
       scene.trace(rays, hits);
       EXPECT_EQ(scene.info().decay, 1);
       EXPECT_EQ(scene.info().update_seconds, 0);
@@ -34,8 +34,8 @@ TEST_F(Api, UpdateModesGiveTheHitsOfANewScene) {
       }
     }
   }
-  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh()}, {.update = "never"}); }), Code::Argument);
-  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh()}, {.expected_rays = -1}); }), Code::Argument);
+  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh()}, {.updates = "never"}); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {grid_.mesh()}, {.expected_rays = -1}); }), BALLOT_ERROR_ARGUMENT);
 }
 
 // Vertices may fall together, onto a line, or out of every range; what is refused leaves the scene as it was.
@@ -43,7 +43,7 @@ TEST_F(Api, UpdatesOfAnyVertices) {
   const auto rays = rays_down(500);
   for (const char* builder : {"balanced", "device"})
     for (const char* mode : {"refit", "auto"}) {
-      ballot::Scene scene(*device_, {grid_.mesh()}, {.builder = builder, .update = mode});
+      ballot::Scene scene(*device_, {grid_.mesh()}, {.builder = builder, .updates = mode});
       std::vector<ballot::Hit> before(rays.size()), hits(rays.size());
       scene.trace(rays, before);
       const auto with = [&](std::size_t at, float x) {
@@ -53,7 +53,7 @@ TEST_F(Api, UpdatesOfAnyVertices) {
       };
       for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
                               -std::numeric_limits<float>::infinity(), 1e30f, -2e12f}) {
-        EXPECT_EQ(code_of([&] { move(scene, 0, with(100, bad)); }), Code::Argument) << bad;
+        EXPECT_EQ(code_of([&] { move(scene, 0, with(100, bad)); }), BALLOT_ERROR_ARGUMENT) << bad;
         scene.trace(rays, hits);
         EXPECT_EQ(std::memcmp(hits.data(), before.data(), hits.size() * sizeof hits[0]), 0) << bad;
       }
@@ -92,7 +92,7 @@ TEST_F(Api, MeshesOfOneTreeMoveInTurn) {
   for (Grid* grid : {&first, &second, &low, &high}) grid->positions.insert(grid->positions.end(), {5, 5, 5});
   for (const char* builder : {"balanced", "device"})
     for (const char* mode : {"refit", "rebuild", "auto"}) {
-      ballot::Scene scene(*device_, {first.mesh(), second.mesh()}, {.builder = builder, .update = mode});
+      ballot::Scene scene(*device_, {first.mesh(), second.mesh()}, {.builder = builder, .updates = mode});
       const auto expect = [&](const Grid& a, const Grid& b) {
         ballot::Scene(*device_, {a.mesh(), b.mesh()}).trace(rays, expected);
         scene.trace(rays, hits);
@@ -106,7 +106,7 @@ TEST_F(Api, MeshesOfOneTreeMoveInTurn) {
       expect(low, high);
       std::vector<float> wrong = second.positions;
       wrong.back() = std::numeric_limits<float>::quiet_NaN();
-      EXPECT_EQ(code_of([&] { move(scene, 1, wrong); }), Code::Argument);
+      EXPECT_EQ(code_of([&] { move(scene, 1, wrong); }), BALLOT_ERROR_ARGUMENT);
       expect(low, high);
       move(scene, 1, second.positions);
       expect(low, second);
@@ -153,7 +153,7 @@ TEST_F(Api, EveryKindOfQueryHasADecayedTreeBuilt) {
   std::vector<ballot::Point> probes;
   for (std::size_t i = 0; i < n; ++i) probes.push_back({{points[3 * i], points[3 * i + 1], 0.3f}, INFINITY});
   points_there.write(probes);
-  const auto sign = ballot::Sign::Pseudonormal;
+  const auto sign = "pseudonormal";
   const KindOfQuery kinds[] = {
       {"nearest hits", [&](auto& s) { s.trace(rays, hits); }},
       {"any hit", [&](auto& s) { s.trace(rays, {.occluded = bytes.data()}, {.any = true}); }},
@@ -165,19 +165,19 @@ TEST_F(Api, EveryKindOfQueryHasADecayedTreeBuilt) {
       {"inside", [&](auto& s) { s.nearest(points, {.inside = bytes.data()}, {.assume_closed = true}); }},
       {"sides",
        [&](auto& s) {
-         s.nearest(points, {.signed_distances = distances.data()}, {.assume_closed = true, .sign = sign});
+         s.nearest(points, {.signed_distances = distances.data()}, {.sign = sign, .assume_closed = true});
        }},
       {"points on the device",
-       [&](auto& s) { s.nearest(points_there, signs_there, n, {.assume_closed = true, .sign = sign}); }},
+       [&](auto& s) { s.nearest(points_there, signs_there, n, {.sign = sign, .assume_closed = true}); }},
       {"counts", [&](auto& s) { s.count_crossings(rays); }},
       {"exact counts", [&](auto& s) { s.count_crossings(rays, {.numeric = "exact"}); }},
       {"lists", [&](auto& s) { s.crossings(rays); }},
-      {"first crossings", [&](auto& s) { s.crossings(rays, 2); }},
+      {"first crossings", [&](auto& s) { s.crossings(rays, {.first = 2}); }},
       {"picture", [&](auto& s) { s.render({}, {.width = 32, .height = 32}); }},
       {"paths", [&](auto& s) { s.render({}, {.width = 32, .height = 32, .shading = "path"}); }},
       {"rays of a view", [&](auto& s) { s.make_rays({}, "ao", 32, 32); }}};
   for (const KindOfQuery& kind : kinds) {
-    ballot::Scene scene(*device_, {{.positions = dealt.positions}}, {.builder = "balanced"});
+    ballot::Scene scene(*device_, {ballot::mesh(dealt.positions)}, {.builder = "balanced"});
     move(scene, 0, dealt.moved);
     ASSERT_GT(scene.info().decay, 5) << kind.name;
     int calls = 0;

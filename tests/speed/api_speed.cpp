@@ -106,8 +106,8 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     const ballot::Device device(device_name);
-    std::printf("%s, %s; wall times are medians of %d runs, of %d for a batch on the device\n",
-                device.info().name.c_str(), device.info().driver.c_str(), repeat, 4 * repeat);
+    std::printf("%s, %s; wall times are medians of %d runs, of %d for a batch on the device\n", device.info().name,
+                device.info().driver, repeat, 4 * repeat);
     const ballot::Scene scene = ballot::Scene::load(device, file);
     const std::vector<ballot::Ray> rays = scene.make_rays({}, "primary", size, size);
     const Bench bench{device, scene, repeat};

@@ -199,7 +199,7 @@ void check(const ballot::Scene& scene, const Landscape& land, std::size_t count,
   std::printf("%zu rays: %llu hits wrong; host memory at most %.2f GiB\n", count,
               static_cast<unsigned long long>(wrong.load()), peak_memory());
   std::fflush(stdout);
-  if (wrong) throw ballot::Error(ballot::Code::Work, "the hits are wrong");
+  if (wrong) throw ballot::Error(BALLOT_ERROR_WORK, "the hits are wrong");
 }
 
 struct Args {
@@ -217,7 +217,7 @@ ballot::Scene make(const ballot::Device& device, const Landscape& land, const Ar
   std::vector<ballot::Mesh> meshes;
   std::vector<std::uint32_t> numbers;
   for (std::size_t m = 0; m < land.terrains.size(); ++m) {
-    meshes.push_back({.positions = positions[m], .indices = indices});
+    meshes.push_back(ballot::mesh(positions[m], indices));
     numbers.push_back(std::uint32_t(m));
   }
   std::printf("%zu meshes of %llu triangles made in %.2f s\n", meshes.size(),
@@ -225,8 +225,8 @@ ballot::Scene make(const ballot::Device& device, const Landscape& land, const Ar
   std::fflush(stdout);
   start = std::chrono::steady_clock::now();
   const std::vector<float> transforms = land.transforms();
-  ballot::Scene scene(device, meshes, {.transforms = transforms, .meshes = numbers},
-                      {.builder = args.builder, .update = "refit"});
+  ballot::Scene scene(device, meshes, ballot::instances(transforms, numbers),
+                      {.builder = args.builder, .updates = "refit"});
   const ballot::SceneInfo info = scene.info();
   std::printf("scene: %.2f s, of it %.2f s for the trees; %llu triangles, %llu leaves, depth %u\n",
               seconds_since(start), info.build_seconds, static_cast<unsigned long long>(info.instance_triangles),
@@ -268,7 +268,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     const ballot::Device device(args.device);
-    std::printf("%s, %s\n", device.info().name.c_str(), device.info().driver.c_str());
+    std::printf("%s, %s\n", device.info().name, device.info().driver);
     const auto side = std::uint64_t(std::max(1.0, std::sqrt(double(args.triangles) / 2 / double(args.meshes))));
     Landscape land;
     for (std::size_t m = 0; m < args.meshes; ++m) land.terrains.push_back({side, double(m)});

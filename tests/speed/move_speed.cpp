@@ -32,7 +32,7 @@ struct Grid {
         indices.insert(indices.end(), {a, a + 1, b, b, a + 1, b + 1});
       }
   }
-  ballot::Mesh mesh() const { return {.positions = positions, .indices = indices}; }
+  ballot::Mesh mesh() const { return ballot::mesh(positions, indices); }
 };
 
 /// Places of a square array of instances, `step` apart.
@@ -74,7 +74,7 @@ struct Args {
 void move_mesh(const ballot::Device& device, const Args& args, const std::string& builder) {
   const Grid here(args.triangles, 0), there(args.triangles, 0.3f);
   for (const char* mode : {"refit", "rebuild"}) {
-    ballot::Scene scene(device, {here.mesh()}, {.builder = builder, .update = mode});
+    ballot::Scene scene(device, {here.mesh()}, {.builder = builder, .updates = mode});
     measure(mode, here.indices.size() / 3, args.repeat, scene,
             [&](int step) { scene.set_vertices(0, step % 2 ? here.positions : there.positions), scene.commit(); });
   }
@@ -87,7 +87,7 @@ void move_one_of_many(const ballot::Device& device, const Args& args, const std:
     std::vector<std::uint32_t> numbers(count);
     for (std::size_t i = 0; i < count; ++i) numbers[i] = std::uint32_t(i);
     const std::vector<float> places = places_of(count, 1.1f, 0);
-    ballot::Scene scene(device, meshes, {.transforms = places, .meshes = numbers}, {.builder = builder});
+    ballot::Scene scene(device, meshes, ballot::instances(places, numbers), {.builder = builder});
     measure("one mesh, of so many", count, args.repeat, scene,
             [&](int step) { scene.set_vertices(0, step % 2 ? here.positions : there.positions), scene.commit(); });
   }
@@ -96,7 +96,7 @@ void move_one_of_many(const ballot::Device& device, const Args& args, const std:
 void move_instances(const ballot::Device& device, const Args& args) {
   const Grid grid(200, 0);
   const std::vector<float> here = places_of(args.instances, 1.1f, 0), there = places_of(args.instances, 1.1f, 0.2f);
-  ballot::Scene scene(device, {grid.mesh()}, {.transforms = here});
+  ballot::Scene scene(device, {grid.mesh()}, ballot::instances(here));
   measure("instances", args.instances, args.repeat, scene,
           [&](int step) { scene.set_transforms(step % 2 ? here : there), scene.commit(); });
 }
@@ -116,7 +116,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     const ballot::Device device(device_name);
-    std::printf("%s, %s; from the call to the first hit\n", device.info().name.c_str(), device.info().driver.c_str());
+    std::printf("%s, %s; from the call to the first hit\n", device.info().name, device.info().driver);
     move_mesh(device, args, builder);
     move_one_of_many(device, args, builder);
     move_instances(device, args);

@@ -8,6 +8,7 @@
 #include "tools/program/cli.h"
 #include "tools/program/help.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/option_rows.h"
 #include "tools/program/shell_word.h"
 
 namespace ballot::cli {
@@ -16,15 +17,20 @@ namespace {
 
 struct PointArgs {
   SceneArgs world;
-  std::string points, out, slice, png, numeric{kDefaultNumeric};
+  OptionRows rows;  // numeric, assume_closed, sign
+  std::string points, out, slice, png;
   double limit = 0;
   std::uint32_t grid = 0;  // points along each axis; 0: the points of a file
-  std::string sign = "parity";
-  bool signed_distance = false, assume_closed = false;
+  bool signed_distance = false;
 
   /// Returns true if the nearest triangle's side gives a distance its sign.
-  bool by_sides() const { return signed_distance && sign == "pseudonormal"; }
-  PointQuery query() const { return {.exact = numeric == "exact", .sides = by_sides()}; }
+  bool by_sides() const { return query().sides; }
+  PointQuery query() const {
+    PointQuery query = api::point_query(rows.query());
+    if (query.sides && !signed_distance)
+      fail(Failure::Arguments, "--sign {}: give --signed too", rows.query().sign.text);
+    return query;
+  }
 };
 
 constexpr std::uint32_t kMostGrid = 4096;
@@ -100,7 +106,7 @@ void note_files(PointArgs& args) {
 
 /// Refuses the inside test of a mesh with open edges, and signs by pseudonormals of one that is not wound alike.
 void need_closed(DeviceScene& world, const PointArgs& args) {
-  if (args.assume_closed) return;
+  if (args.rows.query().assume_closed) return;
   const Topology& t = world.topology();
   const std::string& scene = args.world.scene;
   if (args.by_sides() && !t.consistently_wound())
@@ -128,7 +134,7 @@ void print_points(DeviceScene& world, const PointArgs& args, const AskedPoints& 
   write_json(args.world.json, {{"scene", world.scene_facts().name},
                                {"device", world.device().name},
                                {"driver", world.device().driver},
-                               {"numeric", args.numeric},
+                               {"numeric", args.query().exact ? "exact" : kDefaultNumeric},
                                {"points", points},
                                {"grid", asked.grid()},
                                {"device_ms", spent.device_ms},
@@ -182,7 +188,7 @@ std::size_t find_distances(DeviceScene& world, const PointArgs& args, const Aske
 
 int run_distance(PointArgs& args) {
   note_files(args);
-  if (args.by_sides() != (args.sign != "parity")) fail(Failure::Arguments, "--sign {}: give --signed too", args.sign);
+  args.query();
   if (args.limit < 0 || std::isnan(args.limit))
     fail(Failure::Arguments, "--limit {}: expected a distance above 0", args.limit);
   check_slice(args);
@@ -229,11 +235,7 @@ void add_point_options(CLI::App& cmd, PointArgs& args, const char* out) {
   args.world.add_to(cmd, true);
   cmd.add_option("--points", args.points, "FILE.npy with the points, float32 or float64 (n,3); '-': standard input");
   cmd.add_option("--out", args.out, out)->required();
-  cmd.add_option("--numeric", args.numeric,
-                 fmt::format("'{}', or 'exact': decided as by exact arithmetic [{}]", kDefaultNumeric, kDefaultNumeric))
-      ->check(CLI::IsMember({std::string(kDefaultNumeric), std::string("exact")}));
-  cmd.add_flag("--assume-closed", args.assume_closed,
-               "go on although edges are open, or triangles not wound alike; answers near these are then arbitrary");
+  args.rows.add_to(cmd, {"numeric", "assume_closed"});
 }
 
 }  // namespace
@@ -260,10 +262,7 @@ void add_distance(CLI::App& app, int& result) {
       "last, 1: z=0.5");
   cmd->add_option("--png", args->png, "FILE.png of the slice, a pixel a point: blue outside, orange inside");
   cmd->add_flag("--signed", args->signed_distance, "negative inside of the mesh, as --sign says");
-  cmd->add_option("--sign", args->sign,
-                  "of --signed: 'parity', the crossings of a ray, for closed meshes; 'pseudonormal', the side of the\n"
-                  "nearest triangle, its edge or vertex, for meshes with open edges too, wound alike [parity]")
-      ->check(CLI::IsMember({std::string("parity"), std::string("pseudonormal")}));
+  args->rows.add_to(*cmd, {"sign"});
   cmd->add_option("--limit", args->limit, "look no farther than this; distances beyond are infinite");
   show_first(*cmd, {"--points", "--grid", "--out", "--signed", "--sign", "--slice", "--png", "--limit",
                     "--assume-closed", "--numeric", "--device", "--json"});

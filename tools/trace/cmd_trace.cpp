@@ -3,6 +3,7 @@
 #include "tools/program/cli.h"
 #include "tools/program/help.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/option_rows.h"
 #include "tools/trace/crossings.h"
 #include "tools/trace/files.h"
 
@@ -14,11 +15,20 @@ struct TraceArgs {
   SceneArgs world;
   QueryArgs query;
   std::vector<std::string> rays, out, ray_masks;
-  std::string part, masks, cull;
-  bool any = false, count = false, all = false, alpha = false, verbose = false;
-  std::uint32_t first = kAllHits;
+  std::string part, masks;
+  OptionRows rows;  // any, first, cull, alpha
+  bool count = false, all = false, verbose = false;
 
-  bool crossings() const { return count || all || first != kAllHits; }
+  /// Returns what is asked of crossings.
+  CrossingQuery crossing() const {
+    BallotQuery asked = rows.query();
+    asked.numeric = query.numeric;
+    return api::crossing_query(asked);
+  }
+  /// Returns true if crossings are asked for: counts, lists, or of each ray the first as its hit.
+  bool crossings() const {
+    return count || all || !masks.empty() || !ray_masks.empty() || api::asks_for_crossings(rows.query());
+  }
 };
 
 /// Opens a file of rays, or the part of it that --part names.
@@ -86,7 +96,7 @@ nlohmann::json record_of(const DeviceScene& world, const TraceArgs& args, std::s
   query.rays = done.ray_class;
   return {{"scene", world.scene().name},
           {"rays", args.rays[i]},
-          {"any", args.any},
+          {"any", args.rows.query().any != 0},
           {"method", query.method},
           {"knobs", query.knobs},
           {"variant", world.tracer().variant(query).name()},
@@ -101,22 +111,15 @@ nlohmann::json record_of(const DeviceScene& world, const TraceArgs& args, std::s
 
 /// Checks the options that ask for more than one hit.
 void check_crossings(const TraceArgs& args) {
-  if (!args.crossings()) {
-    if (!args.masks.empty() || !args.ray_masks.empty() || !args.cull.empty() || args.alpha)
-      fail(Failure::Arguments, "--cull, --alpha, --masks and --ray-masks go with --count, --all or --first");
-    return;
-  }
-  if (args.count + args.all + (args.first != kAllHits) > 1 || args.any)
+  if (!args.crossings()) return;
+  const BallotQuery& asked = args.rows.query();
+  if (args.count + args.all + (asked.first != 0) + (asked.any != 0) > 1)
     fail(Failure::Arguments, "--count, --all, --first and --any: give one of them");
-  const bool has_mode = args.query.numeric == kDefaultNumeric || args.query.numeric == "exact";
-  if (args.query.method != kDefaultMethod || !has_mode || !args.query.knobs.empty())
-    fail(Failure::Arguments,
-         "--count, --all and --first have a kernel of their own, in modes {} and exact; leave --method and --knob out, "
-         "and other modes",
-         kDefaultNumeric);
-  if (args.alpha && args.query.numeric == "exact")
-    fail(Failure::Arguments,
-         "--alpha and --numeric exact: give one of them; textures are read in float32, so no alpha is exact");
+  if (args.query.method != kDefaultMethod || !args.query.knobs.empty())
+    fail(
+        Failure::Arguments,
+        "--count, --all, --first, masks, --cull and --alpha have a kernel of their own; leave --method and --knob out");
+  args.crossing();
 }
 
 /// Finds the crossings of each file of rays.
@@ -125,14 +128,12 @@ int run_crossings(TraceArgs& args) {
   const InterruptGuard interrupt;
   nlohmann::json json = record_header(*opened.world, opened.load_s);
   const std::vector<std::uint32_t> masks = args.masks.empty() ? std::vector<std::uint32_t>() : read_masks(args.masks);
-  CrossingsWanted want{.lists = !args.count};
-  want.query = {.most = args.first,
-                .exact = args.query.numeric == "exact",
-                .cull = args.cull == "back"    ? Cull::Back
-                        : args.cull == "front" ? Cull::Front
-                                               : Cull::None,
-                .triangle_masks = masks,
-                .alpha = args.alpha};
+  CrossingsWanted want{.as = args.count                            ? CrossingsWanted::Counts
+                             : args.all || args.rows.query().first ? CrossingsWanted::Lists
+                                                                   : CrossingsWanted::Hits,
+                       .query = args.crossing()};
+  if (want.as == CrossingsWanted::Hits) want.query.most = 1;
+  want.query.triangle_masks = masks;
   if (!args.masks.empty() && masks.size() != opened.world->triangle_count())
     fail(Failure::Arguments, "--masks {}: found {} masks; expected one for each of the {} triangles", args.masks,
          masks.size(), opened.world->triangle_count());
@@ -162,7 +163,7 @@ int run_crossings(TraceArgs& args) {
 
 int run_trace(TraceArgs& args) {
   Query query = args.query.query();
-  query.want = args.any ? Want::Any : Want::Nearest;
+  query.want = args.rows.query().any ? Want::Any : Want::Nearest;
   check_crossings(args);
   check_files(args);
   if (args.crossings()) return run_crossings(args);
@@ -206,26 +207,17 @@ void add_trace(CLI::App& app, int& result) {
       ->required();
   cmd->add_option("--part", args->part,
                   "I/N: trace part I of N equal parts of the rays, I from 0; for jobs on several machines");
-  cmd->add_flag("--any", args->any, "find any hit instead of the closest one: for visibility and shadow rays");
   cmd->add_flag("--count", args->count,
                 "count all triangles that each ray crosses: uint32 (n,). A ray through an edge or vertex of a closed\n"
                 "surface crosses it once there");
   cmd->add_flag("--all", args->all,
                 "list all of them, ray by ray in order of t: [('ray','<u4'),('t','<f4'),('prim','<u4'),('u','<f4'),\n"
                 "('v','<f4')]");
-  cmd->add_option("--first", args->first, "list at most the first K of each ray, as --all");
+  args->rows.add_to(*cmd, {"any", "first", "cull", "alpha"});
   cmd->add_option(
-         "--cull", args->cull,
-         "with --count, --all, --first: leave out triangles that a ray meets from their 'back' or 'front', the\n"
-         "side from which the vertices run counter-clockwise")
-      ->check(CLI::IsMember({"back", "front"}));
-  cmd->add_flag(
-      "--alpha", args->alpha,
-      "with --count, --all, --first: leave out a triangle where its surface stops nothing: where the alpha of\n"
-      "material, texture and vertex colours is below the cutoff of a mask, or 0");
-  cmd->add_option("--masks", args->masks,
-                  "with --count, --all, --first: FILE.npy with a mask for each triangle, uint32 (n,); a triangle is\n"
-                  "left out if it shares no bit with the ray's");
+      "--masks", args->masks,
+      "FILE.npy with a mask for each triangle, uint32 (n,); a triangle is left out if it shares no bit with\n"
+      "the ray's");
   cmd->add_option("--ray-masks", args->ray_masks, "FILE.npy with a mask for each ray, one file for each of --rays");
   add_verbose(*cmd, args->verbose);
   show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",

@@ -1,6 +1,7 @@
 #include "tools/trace/crossings.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace ballot::cli {
 
@@ -67,6 +68,26 @@ CrossingTrace list_crossings(DeviceScene& world, RayFile& file, const std::strin
   return result;
 }
 
+CrossingTrace first_crossings(DeviceScene& world, RayFile& file, const std::string& to, const CrossingsWanted& want,
+                              const Progress& progress) {
+  CrossingTrace result;
+  const RaySource source = source_of(file, want, progress);
+  write_atomically(to, [&](OutputFile& out) {
+    const std::string start = hits_start(source.count);
+    out.write(start.data(), start.size());
+    std::vector<Hit> rows;
+    const auto take = [&](std::uint64_t, std::span<const std::uint32_t> counts, std::span<const Hit> hits) {
+      rows.assign(counts.size(), {std::numeric_limits<float>::infinity(), NO_HIT, 0, 0});
+      result.crossings += hits.size();
+      for (std::size_t i = 0; i < counts.size(); hits = hits.subspan(counts[i]), ++i)
+        if (counts[i]) rows[i] = hits[0];
+      out.write(rows.data(), rows.size() * sizeof(Hit));
+    };
+    result.times = world.rays().list(source, take, want.query);
+  });
+  return result;
+}
+
 }  // namespace
 
 CrossingTrace trace_crossings(DeviceScene& world, RayFile from, const std::string& to, const CrossingsWanted& want,
@@ -75,8 +96,10 @@ CrossingTrace trace_crossings(DeviceScene& world, RayFile from, const std::strin
   if (!want.ray_masks.empty() && want.ray_masks.size() != rays)
     fail(Failure::Arguments, "--ray-masks: found {} masks; expected one for each of the {} rays", want.ray_masks.size(),
          rays);
-  CrossingTrace result =
-      want.lists ? list_crossings(world, from, to, want, progress) : count_crossings(world, from, to, want, progress);
+  const auto answer = want.as == CrossingsWanted::Counts  ? count_crossings
+                      : want.as == CrossingsWanted::Lists ? list_crossings
+                                                          : first_crossings;
+  CrossingTrace result = answer(world, from, to, want, progress);
   result.rays = rays;
   result.dead = from.dead();
   return result;

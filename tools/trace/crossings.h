@@ -9,7 +9,7 @@ namespace ballot::cli {
 
 /// What is wanted of the crossings of each ray.
 struct CrossingsWanted {
-  bool lists = false;  // lists; false: their numbers
+  enum { Counts, Lists, Hits } as = Counts;  // hits: the first crossing of each ray, or a miss
   CrossingQuery query = {};
   std::span<const std::uint32_t> ray_masks = {};  // of each ray; none: all bits
 };

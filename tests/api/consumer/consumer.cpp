@@ -9,7 +9,9 @@ int main() {
     const ballot::Device device;
     const std::vector<float> square{-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
     const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3};
-    ballot::Scene scene(device, {{.positions = square, .indices = indices, .id = 7}});
+    ballot::Mesh plate = ballot::mesh(square, indices);
+    plate.id = 7;
+    ballot::Scene scene(device, {plate});
     std::vector<ballot::Ray> rays;
     for (int i = 0; i < 1000; ++i) rays.push_back({{float(i % 40) / 10 - 2, 0.1f, 3}, 0, {0, 0, -1}, 1e30f});
     std::vector<ballot::Hit> hits(rays.size());
@@ -52,7 +54,7 @@ int main() {
       scene.set_vertices(0, std::span(moved).first(9)), scene.commit();
       return 4;
     } catch (const ballot::Error& error) {
-      if (error.code() != ballot::Code::Argument) return 5;
+      if (error.code() != BALLOT_ERROR_ARGUMENT) return 5;
     }
   } catch (const ballot::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -66,7 +66,9 @@ def documentation(text: str) -> str:
             return re.sub(r"(?<=[\w\]}]), (?=\*?\w+[\[,; ])", f", {comment}", before) + comment
         return f"{before}/** " + "\n".join(as_lists(body)).rstrip() + " */"
 
-    text = text.replace("size_t size;", "size_t size; /* of this struct, in bytes: BALLOT_INIT() sets it */")
+    text = re.sub(r"^#ifdef __cplusplus\n(?:(?!#endif).)*?\n#else\n(.*?)#endif\n", r"\1", text, flags=re.M | re.S)
+    size = "size_t size; /* of this struct, in bytes: BALLOT_INIT() sets it */"
+    text = re.sub(r"BALLOT_SIZE\(Ballot\w+\);", size, text).replace(" BALLOT_ZERO", "")
     text = re.sub(r"^( *[^ */\n][^/\n]*[;,]) +// (.*)$", r"\1 /* \2 */", text, flags=re.M)
     text = re.sub(r"^(#define \w+_H|inline namespace v1 {|}  // namespace v1)$", "", text, flags=re.M)
     text = re.sub(r"(\w+)& (\w+) = \{\.(.*?)\}", r"\1& \2 = \1(\3)", text)

@@ -56,19 +56,20 @@ except ImportError as error:  # a library of the system is not there
     ) from error
 
 from . import trimesh_ray
+from ._answers import Lists
 from ._array import Array
 from ._arrays import HIT, MISS, RAY
 from ._ballot import commit, names, version
 from ._bench import bench
-from ._device import Device, DeviceInfo, default_device, devices
-from ._errors import Code, Error, PrecisionWarning
+from ._device import Device, default_device, devices
+from ._door import AnimationInfo as Animation
+from ._door import Code, DeviceInfo, InstanceInfo, MeshInfo, SceneInfo, Times
+from ._errors import Error, PrecisionWarning
 from ._job import Job
 from ._load import load_scene
 from ._picture import Picture, render
-from ._query import Times
 from ._raycasting import RaycastingScene
 from ._scene import Scene
-from ._scene_info import Animation, InstanceInfo, MeshInfo, SceneInfo
 
 __version__ = version()
 
@@ -84,6 +85,7 @@ __all__ = [
     "Error",
     "InstanceInfo",
     "Job",
+    "Lists",
     "MeshInfo",
     "Picture",
     "PrecisionWarning",

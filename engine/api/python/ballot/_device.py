@@ -5,22 +5,11 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from typing import NamedTuple
 
 from . import _ballot, _query
 from ._closable import Closable
+from ._door import DeviceInfo
 from ._errors import Error
-
-
-class DeviceInfo(NamedTuple):
-    """A Vulkan device of this machine."""
-
-    name: str  #: as Vulkan tells it
-    driver: str  #: such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
-    refusal: str  #: why Ballot cannot use it; "" if it can
-    is_cpu: bool  #: a CPU device, such as lavapipe
-    subgroup_size: int  #: lanes
-    exports: bool  #: its arrays can be shared with CUDA and others
 
 
 def devices() -> list[DeviceInfo]:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from . import _arrays, _ballot, _mesh, _query, _scene_arguments
+from ._door import InstanceInfo, MeshInfo
 from ._mesh import Mesh
-from ._scene_info import InstanceInfo, MeshInfo
 
 _MOST = 2**32 - 2
 

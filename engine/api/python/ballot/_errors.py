@@ -2,22 +2,11 @@
 
 from __future__ import annotations
 
-import enum
 import os
 import sys
 import warnings
 
-
-class Code(enum.IntEnum):
-    """The kind of a failure, Error.code."""
-
-    WORK = 1  #: a file, the driver or the device failed
-    ARGUMENT = 2  #: raised as ValueError
-    DEVICE = 3  #: there is no usable Vulkan device
-    MEMORY = 4  #: the host ran out of memory
-    CLOSED = 5  #: the object was closed
-    FORKED = 6  #: the object was made before fork()
-    INTERRUPTED = 7  #: the progress function returned False
+from ._door import Code
 
 
 class Error(RuntimeError):

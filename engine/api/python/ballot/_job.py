@@ -8,7 +8,7 @@ import weakref
 import numpy as np
 
 from . import _ballot
-from ._query import Times
+from ._door import Times
 
 
 class Job:

@@ -3,47 +3,39 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import _errors, _scene_arguments
 from ._device import Device
+from ._door import FileOptions, documented
 from ._scene import Scene
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
+
+@documented
 def load_scene(
-    path: str | os.PathLike[str],
-    device: Device | None = None,
-    *,
-    builder: str = "best",
-    max_leaf: int = 6,
-    split_budget: float = 0.5,
-    cache: bool = True,
-    instances: str = "auto",
-    ids: str = "mesh",
-    updates: str = "auto",
-    layout: str = "auto",
+    path: str | os.PathLike[str], device: Device | None = None, **options: Unpack[FileOptions]
 ) -> Scene:
     """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials.
 
-    instances    meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation
-                 moves as a whole. "copy": each use is a moved copy. "auto": kept where that saves 4 million triangles
-                 and half of the scene's, or where copies would not fit into memory. HIT's prim is the same in all three
-    ids          what the column "mesh_ids" holds, by the numbers of the file. "mesh": the mesh of glTF, the group of
-                 OBJ; 0 where a file has one mesh. "node": the node of glTF, else as "mesh". "material": the material
+    {files_options}
 
     Scene.meshes lists the nodes of glTF that place triangles, or the groups of OBJ, else the whole; Scene.instances
     where they lie.
 
-    Other arguments as Scene. Gives a PrecisionWarning if the file lies so far from the origin that float32 rounds its
+    The tree is kept on disk unless `cache` is False. Gives a PrecisionWarning if the file lies so far from the origin that float32 rounds its
     numbers by more than 2^-20 of the scene's size. Raises Error, which names file and place, if the file cannot be
     read. Pickling the scene stores the path, the time that was set, and what was
     moved.
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))
-    options = _scene_arguments.options(builder, max_leaf, split_budget, cache, updates, 0, instances, ids, layout)
-    scene._load(name, device, options)
+    options.setdefault("cache", True)
+    scene._load(name, device, _scene_arguments.options(options, "files"))
     _warn_of_rounding(scene, name)
     return scene
 

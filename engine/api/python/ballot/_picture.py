@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _query
-from ._scene import Progress, Scene
+from ._door import HitOptions
+from ._scene import Scene
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 _LIT = ("whitted", "path")  # shadings whose colours are those of light
 
@@ -117,11 +121,7 @@ def render(
     sky: str | None = None,
     bounces: int = 0,
     seed: int = 0,
-    *,
-    method: str = "auto",
-    numeric: str = "watertight",
-    knobs: Mapping[str, Any] | None = None,
-    progress: Progress | None = None,
+    **options: Unpack[HitOptions],
 ) -> Picture:
     """Renders a view: a Picture, an array of float32 (height, width, 4), linear Rec.709 red, green, blue and coverage,
     rows from the top. Its to_png(path) writes it, its srgb() is for plt.imshow, and notebooks show it.
@@ -135,7 +135,7 @@ def render(
     bounces   last path depth, 1 to 64; 0: the shading's own
     progress  called with the share done; returning False ends the call with Error (Code.INTERRUPTED)
 
-    Other arguments as Scene.trace(). Raises ValueError for values out of range; Ctrl-C ends the call.
+    The options method, numeric and knobs are those of Scene.trace(). Raises ValueError for values out of range; Ctrl-C ends the call.
 
     >>> scene = ballot.Scene([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> image = ballot.render(scene, {"eye": (0, 0, 4), "target": (0, 0, 0)}, 32, 24)
@@ -153,6 +153,6 @@ def render(
         _query.integer(bounces, "bounces", 0, 64),
         _query.integer(seed, "seed", 0, 2**32 - 1),
     )
-    asked = _query.query(False, method, numeric, knobs)
-    rendered = scene._handle.render(_query.view(view), picture, asked, _query.progress_function(progress))
+    asked, progress = _query.options(options, "hits")
+    rendered = scene._handle.render(_query.view(view), picture, asked, progress)
     return picture_of(rendered, shading in _LIT)

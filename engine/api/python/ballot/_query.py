@@ -3,18 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import Any
 
-from . import _ballot
-
-
-class Times(NamedTuple):
-    """What a call took."""
-
-    seconds: float  #: wall time of the call inside the library
-    device_ms: float  #: time of the traversal on the device
-    hits: int  #: rays that hit, or points that found a triangle; 0 for arrays on the device: not counted
+from . import _door
 
 
 def text(value: Any, name: str) -> str:
@@ -59,26 +51,48 @@ def integer(value: Any, name: str, low: int, high: int) -> int:
     return found
 
 
-def query(
-    any: bool = False,
-    method: str = "auto",
-    numeric: str = "watertight",
-    knobs: Mapping[str, Any] | None = None,
-    ray_class: str | None = None,
-) -> _ballot.Query:
-    if knobs is None:
-        pairs = []
-    elif isinstance(knobs, Mapping):
-        pairs = [(text(name, "knobs: a name"), _knob(value)) for name, value in knobs.items()]
-    else:
-        raise TypeError(f"knobs: found {type(knobs).__name__}; expected a dict such as {{'vote': 'count'}}")
-    return _ballot.Query(
-        bool(any), text(method, "method"), text(numeric, "numeric"), pairs, text(ray_class or "", "ray_class")
-    )
+def options(given: Mapping[str, Any], kind: str) -> tuple[dict[str, Any], Any]:
+    """Returns the options of a kind of answer or scene as the extension takes them, and the function that is told of
+    progress. None stands for an option's default."""
+    if not given:
+        return {}, None
+    known, checked = _door.OPTIONS[kind], {}
+    for name, value in given.items():
+        if name == "progress" and kind not in ("scenes", "files"):
+            continue
+        if name not in known:
+            also = f"; expected {', '.join(known)}" if known else ""
+            raise TypeError(f"{name}: found an argument that is no option of {kind}{also}")
+        if value is not None:
+            kind_of_value, most = known[name]
+            checked[name] = _CHECKS[kind_of_value](value, name, most)
+    return checked, progress_function(given.get("progress"))
+
+
+def _text_or_knobs(value: Any, name: str) -> str:
+    if name != "knobs" or isinstance(value, str):
+        return text(value, name)
+    if not isinstance(value, Mapping):
+        raise TypeError(f"knobs: found {type(value).__name__}; expected a dict such as {{'vote': 'count'}}")
+    pairs = [(text(n, "knobs: a name"), _knob(v)) for n, v in value.items()]
+    for pair in pairs:
+        for part in pair:
+            if "," in part or "=" in part:
+                raise ValueError(f"knobs: found {part!r}; expected names and values without commas and '='")
+    return ",".join(f"{n}={v}" for n, v in pairs)
 
 
 def _knob(value: Any) -> str:
     return text(str(int(value)) if isinstance(value, bool) else str(value), "knobs: a value")
+
+
+_CHECKS: dict[str, Callable[[Any, str, int], Any]] = {
+    "Text": lambda value, name, most: _text_or_knobs(value, name),
+    "Bool": lambda value, name, most: bool(value),
+    "UInt32": lambda value, name, most: integer(value, name, 1, most),
+    "Float32": lambda value, name, most: number(value, name),
+    "Float64": lambda value, name, most: number(value, name),
+}
 
 
 def progress_function(progress: Any) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 from . import _adapters, _arrays, _mesh, _query
 from ._answer import Answer, answer, answers
 from ._device import Device, device_or_default
-from ._query import Times
+from ._door import Times
 from ._scene import Scene
 
 _RESULTS = {
@@ -59,7 +59,7 @@ class RaycastingScene:
     INVALID_ID = 4294967295  #: the ID of no geometry and no primitive
 
     def __init__(
-        self, nthreads: int = 0, device: Any = None, *, builder: str = "", numeric: str = "watertight"
+        self, nthreads: int = 0, device: Any = None, *, builder: str | None = None, numeric: str = "watertight"
     ):
         _query.integer(nthreads, "nthreads", 0, 2**31 - 1)
         self._device = _device(device)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,37 +10,14 @@ import numpy as np
 from . import _adapters, _mesh, _query
 
 
-def options(
-    builder: str,
-    max_leaf: int,
-    split_budget: float,
-    cache: bool,
-    updates: str,
-    expected_rays: float,
-    instances: str = "auto",
-    ids: str = "mesh",
-    layout: str = "auto",
-) -> tuple[str, int, float, bool, str, float, str, str, str]:
-    texts = (("builder", builder), ("updates", updates), ("instances", instances), ("ids", ids), ("layout", layout))
-    for name, text in texts:
-        _query.text(text, name)
-    rays = _query.number(expected_rays, "expected_rays")
-    if rays < 0:
-        raise ValueError(f"expected_rays is {rays}; expected at least 0")
-    budget = _query.number(split_budget, "split_budget")
-    if not 0 <= budget <= 16:
-        raise ValueError(f"split_budget is {budget}; expected 0 to 16")
-    return (
-        builder,
-        _query.integer(max_leaf, "max_leaf", 1, 6),
-        budget,
-        bool(cache),
-        updates,
-        rays,
-        instances,
-        ids,
-        layout,
-    )
+def options(given: Mapping[str, Any], kind: str) -> dict[str, Any]:
+    """Returns the options of a scene as the extension takes them."""
+    checked, _ = _query.options(given, kind)
+    if not 0 <= checked.get("split_budget", 0) <= 16:
+        raise ValueError(f"split_budget is {checked['split_budget']}; expected 0 to 16")
+    if checked.get("split_budget") == 0:
+        checked["split_budget"] = -1.0  # C's word for it
+    return checked
 
 
 def pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:

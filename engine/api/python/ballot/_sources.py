@@ -21,11 +21,12 @@ class Source(NamedTuple):
     directions: np.ndarray | None = None
     low: np.ndarray | None = None  # t_min; None: 0
     high: np.ndarray | None = None  # t_max, or limits of points; None: no end
+    masks: np.ndarray | None = None  # uint32; None: all bits
 
 
-def rays(given: Any, t: Any = None, origins: Any = None, directions: Any = None) -> Source:
+def rays(given: Any, t: Any = None, origins: Any = None, directions: Any = None, masks: Any = None) -> Source:
     """Returns rays of 8 or 6 numbers, or of origins and directions. `t` is the range (t_min, t_max) of all but those of
-    8 numbers."""
+    8 numbers. `masks`: whole numbers below 2^32."""
     if origins is None and directions is None:
         first, other = _arrays.numbers(_arrays.as_rows(given), "rays", (8, 6)), None
         shape = first.shape[:-1]
@@ -37,6 +38,8 @@ def rays(given: Any, t: Any = None, origins: Any = None, directions: Any = None)
         source = Source(shape, first, other)
     else:
         source = Source(shape, first, other, *_range(t, shape))
+    if masks is not None:
+        source = source._replace(masks=_masks(masks, shape))
     return source if len(shape) <= _AXES else _flattened(source)
 
 
@@ -112,21 +115,36 @@ def _fitted(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray | None:
     return array
 
 
-def points(given: Any, limit: Any) -> Source:
-    """Returns points with their limit: None, a number above 0 for all, or an array of one for each."""
+def _masks(given: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Returns masks that broadcast to this shape."""
+    masks = np.asarray(given) if isinstance(given, (list, tuple, int)) else _arrays.as_numpy(given, "masks")
+    if masks.dtype.kind not in "iu" or (masks.size and not 0 <= int(masks.min()) <= int(masks.max()) < 2**32):
+        wrong = f", {masks.min()} to {masks.max()}" if masks.size else ""
+        raise ValueError(f"masks: found {masks.dtype}{wrong}; expected whole numbers from 0 to 2^32 - 1")
+    fitted = _fitted(masks, shape)
+    if fitted is None:
+        raise ValueError(f"masks: shape is {masks.shape}; expected a number, or an array of {shape}")
+    return fitted.astype(np.uint32, copy=False)
+
+
+def points(given: Any, limit: Any, least: bool = False) -> Source:
+    """Returns points with their limit: None, a number above 0 for all, or an array of one for each. `least`: there is
+    one, and it may be 0."""
     first = _arrays.numbers(given, "points", (3,))
     shape = first.shape[:-1]
-    source = Source(shape, first, high=_limit(limit, shape))
+    source = Source(shape, first, high=_limit(limit, shape, least))
     return source if len(shape) <= _AXES else _flattened(source)
 
 
-def _limit(given: Any, shape: tuple[int, ...]) -> np.ndarray | None:
-    if given is None:
+def _limit(given: Any, shape: tuple[int, ...], least: bool) -> np.ndarray | None:
+    if given is None and not least:
         return None
     if not isinstance(given, (list, tuple)) and not getattr(given, "ndim", 0):
         bound = _query.number(given, "limit")
-        if not np.float32(min(bound, _MOST)) > 0:
-            raise ValueError(f"limit is {given}; expected a distance above 0, or None")
+        if least and bound >= 0:
+            return np.array(bound, np.float32)
+        if least or not np.float32(min(bound, _MOST)) > 0:
+            raise ValueError(f"limit is {given}; expected a distance {'of at least 0' if least else 'above 0, or None'}")
         return np.array(bound, np.float32) if bound <= _MOST else None
     array = _array(given, "limit")
     fitted = _fitted(array, shape)
@@ -145,4 +163,4 @@ def _flattened(source: Source) -> Source:
 
     first = flat(source.first, source.first.shape[-1])
     assert first is not None
-    return Source(shape, first, flat(source.directions, 3), flat(source.low), flat(source.high))
+    return Source(shape, first, flat(source.directions, 3), flat(source.low), flat(source.high), flat(source.masks))

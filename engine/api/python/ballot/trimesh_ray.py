@@ -95,7 +95,10 @@ class RayMeshIntersector:
             index_ray = np.nonzero(found["prim"] != _arrays.MISS)[0]
             found = found[index_ray]
         else:
-            counts, found = made.scene.crossings(**rays, first=max_hits)
+            asked = rays if max_hits is None else {**rays, "first": max(max_hits, 1)}
+            counts, found = made.scene.crossings(**asked)
+            if max_hits == 0:
+                counts, found = np.zeros_like(counts), found[:0]
             index_ray = np.repeat(np.arange(len(origins)), counts)
         index_tri = _numbers(found["prim"])
         if not return_locations:

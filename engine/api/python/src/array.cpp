@@ -1,5 +1,5 @@
 // Arrays of records on a device, in Python.
-#include "query.h"
+#include "common.h"
 
 namespace ballot::python {
 
@@ -10,8 +10,7 @@ using ConstRows = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device
 
 void make_array(ArrayObject* self, const DeviceObject& device, int record, std::uint64_t count, bool exported) {
   auto buffer = watched(device.use(), nb::none(), [=](const Device& d, Watch&) {
-    auto options = BALLOT_INIT(BallotBufferOptions);
-    options.exported = exported;
+    const BallotBufferOptions options{.exported = exported};
     BallotBuffer* made = nullptr;
     check(ballot_buffer_create(d.handle(), BallotRecord(record), count, &options, &made));
     return std::make_shared<Buffer>(made);
@@ -22,8 +21,8 @@ void make_array(ArrayObject* self, const DeviceObject& device, int record, std::
 template <class Array>
 void check_width(const ArrayObject& self, const Array& array) {
   if (array.shape(1) != self.width())
-    throw Error(Code::Argument, "rows of " + std::to_string(array.shape(1)) + " numbers; the array has rows of " +
-                                    std::to_string(self.width()));
+    throw Error(BALLOT_ERROR_ARGUMENT, "rows of " + std::to_string(array.shape(1)) +
+                                           " numbers; the array has rows of " + std::to_string(self.width()));
 }
 
 void write(const ArrayObject& self, const ConstRows& records, std::uint64_t first) {
@@ -87,35 +86,9 @@ std::tuple<int, std::uint64_t> fd(const ArrayObject& self) {
   return {number, bytes};
 }
 
-TimesTuple trace_arrays(const SceneObject& self, const ArrayObject& rays, const ArrayObject& hits, std::uint64_t count,
-                        const QueryObject& asked) {
-  const auto to = hits.use();
-  const auto from = rays.use();
-  return watched(self.use(), nb::none(), [=, query = asked.query](const Scene& s, Watch& watch) mutable {
-    query.progress = [&watch](double done) { return watch(done); };
-    const detail::QueryArgument argument(query);
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_trace_buffers(s.handle(), from->get(), to->get(), count, argument.c(), &times));
-    return tuple_of(detail::times_of(times));
-  });
-}
-
-TimesTuple query_point_arrays(const SceneObject& self, const ArrayObject& points, const ArrayObject& answers,
-                              std::uint64_t count, bool assume_closed, const std::string& numeric, std::uint32_t sign) {
-  const auto from = points.use(), to = answers.use();
-  const PointQuery given{.assume_closed = assume_closed, .numeric = numeric, .sign = Sign(sign)};
-  return watched(self.use(), nb::none(), [=, query = given](const Scene& s, Watch& watch) mutable {
-    query.progress = [&watch](double done) { return watch(done); };
-    const BallotPointQuery asked = detail::point_query_of(query);
-    auto times = BALLOT_INIT(BallotTimes);
-    check(ballot_query_point_buffers(s.handle(), from->get(), to->get(), count, &asked, &times));
-    return tuple_of(detail::times_of(times));
-  });
-}
-
 }  // namespace
 
-void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene) {
+void bind_arrays(nb::module_& m) {
   nb::class_<ArrayObject>(m, "Array")
       .def("__init__", &make_array)
       .def("close", &ArrayObject::close)
@@ -126,8 +99,6 @@ void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene) {
       .def("cuda", &cuda)
       .def("cuda_view", &cuda_view, nb::sig("def cuda_view(self) -> typing.Any"))
       .def("fd", &fd);
-  scene.def("trace_arrays", &trace_arrays);
-  scene.def("query_point_arrays", &query_point_arrays);
 }
 
 }  // namespace ballot::python

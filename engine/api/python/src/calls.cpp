@@ -171,7 +171,7 @@ void let_go(std::shared_ptr<void> object, nb::object works_on) {
 void check_may_call() {
   if (inside_call())
     throw Error(
-        Code::Work,
+        BALLOT_ERROR_WORK,
         "ballot was called from a progress function or a signal handler while another call was running; call it "
         "after that one has returned");
 }
@@ -222,7 +222,7 @@ bool Watch::has_tried(Task& task) {
     task.work();
   } catch (const Error& error) {
     tries_ = false;
-    if (error.code() == Code::Interrupted) return false;
+    if (error.code() == BALLOT_ERROR_INTERRUPTED) return false;
     task.failure = std::current_exception();
     task.drop();
   } catch (...) {

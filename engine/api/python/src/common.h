@@ -29,10 +29,6 @@ namespace nb = nanobind;
 struct Task;
 class Worker;
 
-/// The times of a call as Python gets them: wall seconds, device milliseconds, rays that hit.
-using TimesTuple = std::tuple<double, double, std::uint64_t>;
-inline TimesTuple tuple_of(const Times& t) { return {t.seconds, t.device_ms, t.hits}; }
-
 /// Returns true while the calling thread runs Python code inside a call of the library, which then holds the device.
 bool inside_call();
 /// Lets go of an object, and then of what it works on: now, or if inside_call() once the call has ended.
@@ -85,7 +81,7 @@ class Kept {
   bool closed() const { return !object_; }
   /// Throws Error(Closed) if it is closed.
   std::shared_ptr<T> use() const {
-    if (!object_) throw Error(Code::Closed, std::string(what_) + ": it was closed; make a new one");
+    if (!object_) throw Error(BALLOT_ERROR_CLOSED, std::string(what_) + ": it was closed; make a new one");
     return object_;
   }
 
@@ -226,9 +222,8 @@ void bind_devices(nb::module_& m);
 void bind_memory(nb::module_& m);
 void bind_scenes(nb::module_& m);
 void bind_pictures(nb::class_<SceneObject>& scene);
-void bind_traces(nb::module_& m, nb::class_<SceneObject>& scene);
-void bind_points(nb::class_<SceneObject>& scene);
-void bind_arrays(nb::module_& m, nb::class_<SceneObject>& scene);
+void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene);
+void bind_arrays(nb::module_& m);
 
 /// Tuples and lists of objects, as the stub of the extension names them.
 using Objects = nb::typed<nb::tuple, nb::any, nb::ellipsis>;

@@ -1,6 +1,6 @@
 // The extension ballot._ballot: devices and errors. The package around it checks and shapes arguments; see
 // ballot/__init__.py.
-#include "common.h"
+#include "door.h"
 
 namespace ballot::python {
 
@@ -10,7 +10,7 @@ namespace {
 void raise(const Error& e) {
   nb::object text =
       nb::steal(PyUnicode_DecodeUTF8(e.what(), Py_ssize_t(std::char_traits<char>::length(e.what())), "replace"));
-  if (e.code() == Code::Argument) {
+  if (e.code() == BALLOT_ERROR_ARGUMENT) {
     PyErr_SetObject(PyExc_ValueError, text.ptr());
     return;
   }
@@ -27,17 +27,13 @@ void raise_memory() {
   PyErr_SetString(PyExc_MemoryError, "out of memory; use a smaller scene or fewer rays at a time");
 }
 
-std::tuple<std::string, std::string, std::string, bool, std::uint32_t, bool> tuple_of(const DeviceInfo& d) {
-  return {d.name, d.driver, d.refusal, d.is_cpu, d.subgroup_size, d.exports};
-}
-
 nb::typed<nb::dict, std::string, std::vector<std::string>> names_of_all() {
   nb::dict all;
-  all["methods"] = nb::cast(names(Names::Methods));
-  all["numeric"] = nb::cast(names(Names::Numeric));
-  all["builders"] = nb::cast(names(Names::Builders));
-  all["ray_kinds"] = nb::cast(names(Names::RayKinds));
-  all["shadings"] = nb::cast(names(Names::Shadings));
+  all["methods"] = nb::cast(names(BALLOT_NAMES_METHODS));
+  all["numeric"] = nb::cast(names(BALLOT_NAMES_NUMERIC));
+  all["builders"] = nb::cast(names(BALLOT_NAMES_BUILDERS));
+  all["ray_kinds"] = nb::cast(names(BALLOT_NAMES_RAY_KINDS));
+  all["shadings"] = nb::cast(names(BALLOT_NAMES_SHADINGS));
   return all;
 }
 
@@ -68,8 +64,8 @@ void bind_errors(nb::module_&) {
 
 void bind_devices(nb::module_& m) {
   m.def("devices", [] {
-    std::vector<decltype(tuple_of(DeviceInfo{}))> list;
-    for (const DeviceInfo& d : made([](Watch&) { return devices(); })) list.push_back(tuple_of(d));
+    ObjectList list = nb::list();
+    for (const DeviceInfo& d : made([](Watch&) { return devices(); })) list.append(tuple_of(&d, door::kDeviceInfoRows));
     return list;
   });
   nb::class_<DeviceObject>(m, "Device")
@@ -81,7 +77,8 @@ void bind_devices(nb::module_& m) {
       .def_prop_ro("closed", &DeviceObject::closed)
       .def("info",
            [](const DeviceObject& self) {
-             return tuple_of(without_gil(self.use(), [](const Device& d) { return d.info(); }));
+             const DeviceInfo info = without_gil(self.use(), [](const Device& d) { return d.info(); });
+             return tuple_of(&info, door::kDeviceInfoRows);
            })
       .def("message_count", [](const DeviceObject& self) {
         return without_gil(self.use(), [](const Device& d) { return ballot_device_message_count(d.handle()); });
@@ -107,4 +104,5 @@ NB_MODULE(_ballot, m) {
   bind_devices(m);
   bind_memory(m);
   bind_scenes(m);
+  bind_arrays(m);
 }

@@ -1,6 +1,5 @@
 // Rays and pictures of a view, in Python.
-#include "common.h"
-#include "query.h"
+#include "door.h"
 
 namespace ballot::python {
 
@@ -12,7 +11,8 @@ using ViewTuple = std::tuple<std::string, std::tuple<double, double, double>, st
 
 View view_of(const ViewTuple& given) {
   const auto& [name, eye, target, up, yfov, ymag] = given;
-  View view{.name = name, .yfov = yfov, .ymag = ymag};
+  View view{.yfov = yfov, .ymag = ymag};
+  if (!name.empty()) view.name = name;
   const auto copy = [](const std::tuple<double, double, double>& from, double(&to)[3]) {
     std::tie(to[0], to[1], to[2]) = from;
   };
@@ -32,25 +32,27 @@ auto make_rays(const SceneObject& self, const ViewTuple& view, const std::string
 using PictureTuple =
     std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::string, std::string, std::int32_t, std::uint32_t>;
 
-auto render(const SceneObject& self, const ViewTuple& view, const PictureTuple& given, const QueryObject& asked,
+auto render(const SceneObject& self, const ViewTuple& view, const PictureTuple& given, const nb::dict& options,
             nb::object progress) {
-  Picture picture;
-  std::tie(picture.width, picture.height, picture.samples, picture.shading, picture.sky, picture.bounces,
-           picture.seed) = given;
-  if (picture.samples == 0) throw Error(Code::Argument, "samples is 0; expected 1 to 65536");
   std::vector<float> rgba =
-      watched(self.use(), std::move(progress), [=, query = asked.query](const Scene& s, Watch& watch) mutable {
-        query.progress = [&watch](double done) { return watch(done); };
-        return s.render(view_of(view), picture, query);
-      });
-  return array_of(std::move(rgba), {picture.height, picture.width, 4});
+      watched(self.use(), std::move(progress),
+              [=, query = Options<BallotQuery>(options, door::kQueryRows)](const Scene& s, Watch& watch) {
+                const auto& [width, height, samples, shading, sky, bounces, seed] = given;
+                Picture picture{.width = width, .height = height, .samples = samples, .shading = shading};
+                if (!sky.empty()) picture.sky = sky;
+                picture.bounces = bounces, picture.seed = seed;
+                BallotQuery asked = query.c;
+                asked.progress = watch;
+                return s.render(view_of(view), picture, asked);
+              });
+  return array_of(std::move(rgba), {std::get<1>(given), std::get<0>(given), 4});
 }
 
 }  // namespace
 
 void bind_pictures(nb::class_<SceneObject>& scene) {
   scene.def("make_rays", &make_rays);
-  scene.def("render", &render, nb::arg("view"), nb::arg("picture"), nb::arg("query"), nb::arg("progress").none());
+  scene.def("render", &render, nb::arg("view"), nb::arg("picture"), nb::arg("options"), nb::arg("progress").none());
 }
 
 }  // namespace ballot::python

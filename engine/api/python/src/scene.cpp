@@ -1,26 +1,26 @@
 // Scenes in Python: made of arrays, loaded, moved, described.
-#include "common.h"
+#include "door.h"
 
 namespace ballot::python {
 
 namespace {
 
-using Rows = nb::ndarray<const float, nb::shape<-1, 3>, nb::device::cpu>;
+using Triples = nb::ndarray<const float, nb::shape<-1, 3>, nb::device::cpu>;
 using Matrices = nb::ndarray<const float, nb::shape<-1, 12>, nb::c_contig, nb::device::cpu>;
 using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Indices16 = nb::ndarray<const std::uint16_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 /// Vectors of three numbers, and the bytes from one to the next. Keeps the array.
 struct Vectors {
-  explicit Vectors(const nb::handle& given) : array(nb::cast<Rows>(given, false)) {
+  explicit Vectors(const nb::handle& given) : array(nb::cast<Triples>(given, false)) {
     const std::size_t rows = array.shape(0);
     stride = rows > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 3 * sizeof(float);
     if (array.stride(1) != 1 || stride < 3 * sizeof(float))
-      throw Error(Code::Argument,
+      throw Error(BALLOT_ERROR_ARGUMENT,
                   "vectors: the three numbers of a row must lie side by side, and rows must not overlap");
     if (rows) numbers = {array.data(), (rows - 1) * (stride / sizeof(float)) + 3};
   }
-  Rows array;
+  Triples array;
   std::size_t stride = 0;
   std::span<const float> numbers;
 };
@@ -28,22 +28,20 @@ struct Vectors {
 /// A mesh as Python gives it: (vertices, flat indices or None, id, normals or None). Keeps its arrays.
 struct MeshArrays {
   explicit MeshArrays(const nb::tuple& given) : vertices(given[0]) {
-    mesh.positions = vertices.numbers;
-    mesh.stride = vertices.stride;
+    mesh = ballot::mesh(vertices.numbers, std::span<const std::uint32_t>(), vertices.stride);
     if (!given[1].is_none()) {
-      if (nb::try_cast<Indices>(given[1], indices, false)) {
-        mesh.indices = {indices.data(), indices.size()};
-      } else {
-        indices16 = nb::cast<Indices16>(given[1], false);
-        mesh.indices16 = {indices16.data(), indices16.size()};
-      }
+      const bool are_long = nb::try_cast<Indices>(given[1], indices, false);
+      if (!are_long) indices16 = nb::cast<Indices16>(given[1], false);
+      mesh.indices = are_long ? static_cast<const void*>(indices.data()) : indices16.data();
+      mesh.index_count = are_long ? indices.size() : indices16.size();
+      mesh.index_type = are_long ? BALLOT_INDEX_U32 : BALLOT_INDEX_U16;
     }
     mesh.id = nb::cast<std::uint32_t>(given[2]);
     if (given[3].is_none()) return;
     normals.emplace(given[3]);
     if (normals->stride != vertices.stride || normals->array.shape(0) != vertices.array.shape(0))
-      throw Error(Code::Argument, "normals: expected as many as vertices, with their stride");
-    mesh.normals = normals->numbers;
+      throw Error(BALLOT_ERROR_ARGUMENT, "normals: expected as many as vertices, with their stride");
+    mesh.normals = normals->numbers.data(), mesh.normal_stride = normals->stride;
   }
   Vectors vertices;
   Indices indices;
@@ -51,16 +49,6 @@ struct MeshArrays {
   std::optional<Vectors> normals;
   Mesh mesh;
 };
-
-/// The settings of a scene as Python gives them.
-using Settings =
-    std::tuple<std::string, std::uint32_t, float, bool, std::string, double, std::string, std::string, std::string>;
-
-SceneOptions options_of(const Settings& settings) {
-  const auto& [builder, max_leaf, split_budget, cache, update, expected_rays, instances, ids, layout] = settings;
-  if (max_leaf < 1) throw Error(Code::Argument, "max_leaf is 0; expected 1 to 6");
-  return {builder, max_leaf, split_budget, cache, update, expected_rays, false, instances, layout, ids};
-}
 
 std::vector<MeshArrays> arrays_of(const nb::list& meshes) {
   std::vector<MeshArrays> arrays;
@@ -79,71 +67,64 @@ std::vector<Mesh> meshes_of(const std::vector<MeshArrays>& arrays) {
 struct InstanceArrays {
   explicit InstanceArrays(const nb::tuple& given)
       : transforms(nb::cast<Matrices>(given[0], false)), meshes(nb::cast<Indices>(given[1], false)) {
-    instances.transforms = {transforms.data(), transforms.size()};
-    instances.meshes = {meshes.data(), meshes.size()};
-    if (given[2].is_none()) return;
-    masks = nb::cast<Indices>(given[2], false);
-    instances.masks = {masks.data(), masks.size()};
+    if (!given[2].is_none()) masks = nb::cast<Indices>(given[2], false);
+    instances = ballot::instances({transforms.data(), transforms.size()}, {meshes.data(), meshes.size()},
+                                  {masks.data(), masks.size()});
   }
   Matrices transforms;
   Indices meshes, masks;
   Instances instances;
 };
 
+using SceneSettings = Options<BallotSceneOptions>;
+
 /// `instances`: as InstanceArrays has them; None: each mesh lies in the world, once.
 void make_scene(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const nb::object& instances,
-                const Settings& settings) {
+                const nb::dict& options) {
   std::optional<InstanceArrays> placed;
   if (!instances.is_none()) placed.emplace(nb::cast<nb::tuple>(instances));
-  const auto call = [=, arrays = arrays_of(meshes), options = options_of(settings)](const Device& d,
-                                                                                    Watch& watch) mutable {
-    options.progress = [&watch](double done) { return watch(done); };
+  const auto call = [=, arrays = arrays_of(meshes), how = SceneSettings(options, door::kSceneRows)](const Device& d,
+                                                                                                    Watch& watch) {
+    BallotSceneOptions given = how.c;
+    given.progress = watch;
     const std::vector<Mesh> all = meshes_of(arrays);
-    if (placed) return std::make_shared<Scene>(d, std::span<const Mesh>(all), placed->instances, options);
-    return std::make_shared<Scene>(d, std::span<const Mesh>(all), options);
+    if (placed) return std::make_shared<Scene>(d, std::span<const Mesh>(all), placed->instances, given);
+    return std::make_shared<Scene>(d, std::span<const Mesh>(all), given);
   };
   new (self) SceneObject(watched(device.use(), nb::none(), call));
 }
 
 /// `path`: as the system has it, in any encoding.
-void load_scene(SceneObject* self, const DeviceObject& device, const nb::bytes& path, const Settings& settings) {
-  const auto call = [name = std::string(path.c_str(), path.size()), options = options_of(settings)](
-                        const Device& d, Watch& watch) mutable {
-    options.progress = [&watch](double done) { return watch(done); };
-    return std::make_shared<Scene>(Scene::load(d, name, options));
+void load_scene(SceneObject* self, const DeviceObject& device, const nb::bytes& path, const nb::dict& options) {
+  const auto call = [name = std::string(path.c_str(), path.size()), how = SceneSettings(options, door::kSceneRows)](
+                        const Device& d, Watch& watch) {
+    BallotSceneOptions given = how.c;
+    given.progress = watch;
+    return std::make_shared<Scene>(Scene::load(d, name, given));
   };
   new (self) SceneObject(watched(device.use(), nb::none(), call));
 }
 
-/// Returns a name of a file as Python's text, whatever its bytes are.
-nb::object text_of(const std::string& name) {
-  return nb::steal(PyUnicode_DecodeUTF8(name.data(), Py_ssize_t(name.size()), "replace"));
+Objects info_of(const SceneObject& self) {
+  const SceneInfo info = watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.info(); });
+  return tuple_of(&info, door::kSceneInfoRows);
 }
 
-nb::tuple tuple_of(const float (&v)[3]) { return nb::make_tuple(v[0], v[1], v[2]); }
-
-Objects info_of(const SceneObject& self) {
-  const SceneInfo i = watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.info(); });
-  return nb::make_tuple(i.triangles, i.degenerate, i.meshes, i.views, tuple_of(i.lo), tuple_of(i.hi), i.nodes, i.leaves,
-                        i.depth, i.sah, i.build_seconds, i.instances, i.instance_triangles, i.top_seconds, i.decay,
-                        i.update_seconds, i.refits, i.trees);
+template <class Info>
+ObjectList tuples_of(const std::vector<Info>& infos, Rows rows) {
+  ObjectList all = nb::list();
+  for (const Info& info : infos) all.append(tuple_of(&info, rows));
+  return all;
 }
 
 ObjectList meshes(const SceneObject& self) {
-  ObjectList all = nb::list();
-  for (const MeshInfo& i : watched(self.use(), nb::none(), [](const Scene&s, Watch&) { return s.meshes(); }))
-    all.append(nb::make_tuple(text_of(i.name), i.id, i.first, i.triangles, tuple_of(i.lo), tuple_of(i.hi), i.mesh));
-  return all;
+  return tuples_of(watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.meshes(); }),
+                   door::kMeshInfoRows);
 }
 
-/// Their transforms come as arrays (3, 4).
 ObjectList instances(const SceneObject& self) {
-  ObjectList all = nb::list();
-  for (const InstanceInfo& i : watched(self.use(), nb::none(), [](const Scene&s, Watch&) { return s.instances(); }))
-    all.append(nb::make_tuple(text_of(i.name), i.id, i.mesh, i.first, i.triangles,
-                              array_of(std::vector<float>(i.transform, i.transform + 12), {3, 4}), tuple_of(i.lo),
-                              tuple_of(i.hi), i.instance, i.mask));
-  return all;
+  return tuples_of(watched(self.use(), nb::none(), [](const Scene& s, Watch&) { return s.instances(); }),
+                   door::kInstanceInfoRows);
 }
 
 /// Calls what edits a scene, and returns what that returns.
@@ -211,10 +192,7 @@ void discard(const SceneObject& self) {
 }
 
 ObjectList animations(const SceneObject& self) {
-  ObjectList all = nb::list();
-  for (const AnimationInfo& i : without_gil(self.use(), [](const Scene& s) { return s.animations(); }))
-    all.append(nb::make_tuple(text_of(i.name), i.seconds, i.channels));
-  return all;
+  return tuples_of(without_gil(self.use(), [](const Scene& s) { return s.animations(); }), door::kAnimationInfoRows);
 }
 
 void set_time(const SceneObject& self, std::size_t animation, double seconds) {
@@ -262,9 +240,7 @@ void bind_scenes(nb::module_& m) {
       .def("triangles", &triangles)
       .def("indices", &indices);
   bind_pictures(scene);
-  bind_traces(m, scene);
-  bind_points(scene);
-  bind_arrays(m, scene);
+  bind_answers(m, scene);
 }
 
 }  // namespace ballot::python

@@ -45,11 +45,12 @@ class Memory {
 };
 
 /// Questions, as a Source of ballot/_sources.py has them: a shape; rows of rays, origins or points; directions; t_min;
-/// t_max, or limits. The arrays have float32 or float64, and their axes broadcast to the shape; to its product, if it
+/// t_max, or limits; masks. The arrays have float32 or float64, masks uint32, and their axes broadcast to the shape; to its product, if it
 /// has more than BALLOT_AXES.
 class Source {
  public:
-  explicit Source(const Objects& given) : first_(given[1]), directions_(given[2]), low_(given[3]), high_(given[4]) {
+  explicit Source(const Objects& given)
+      : first_(given[1]), directions_(given[2]), low_(given[3]), high_(given[4]), masks_(given[5]) {
     const auto shape = nb::borrow<nb::tuple>(given[0]);
     for (const nb::handle length : shape) {
       const auto n = nb::cast<std::size_t>(length);
@@ -71,6 +72,7 @@ class Source {
     if (is_full) rays.t_min = first_.numbers(axes_, 3), rays.t_max = first_.numbers(axes_, 7);
     if (low_) rays.t_min = low_.column(axes_);
     if (high_) rays.t_max = high_.column(axes_);
+    if (masks_) rays.mask = masks_.column(axes_), rays.mask.type = BALLOT_UINT32;
     return rays;
   }
   BallotPoints points() const {
@@ -82,7 +84,7 @@ class Source {
   }
 
  private:
-  Memory first_, directions_, low_, high_;
+  Memory first_, directions_, low_, high_, masks_;
   std::size_t shape_[BALLOT_AXES] = {}, axes_ = 0, count_ = 1;
 };
 

@@ -97,7 +97,7 @@ class Rays(unittest.TestCase):
         calls = [
             lambda: scene.nearest(v, numeric="plain"), lambda: scene.nearest(v, ("inside",), sign="no"),
             lambda: opened.nearest(v, ("inside",)), lambda: scene.count_crossings(rays, numeric="fast"),
-            lambda: scene.count_crossings(rays, ray_masks=[1]),
+            lambda: scene.count_crossings(rays, masks=[1, 2, 3]),
             lambda: scene.count_crossings(rays, numeric="exact", alpha=True), lambda: scene.crossings(rays, cull="no"),
             lambda: ref.move(scene, 1, v), lambda: ref.move(scene, 0, v[:3]), lambda: ref.move(scene, 0, v * np.inf),
             lambda: scene.set_time(0), lambda: ref.place(scene, np.eye(4)[None].repeat(2, 0)),
@@ -211,9 +211,9 @@ class Meshes(unittest.TestCase):
         scene = ballot.Scene(meshes=[ref.soup(2), ref.soup(2)])
         rays = ref.random_rays(6).reshape(2, 3, 6)
         for call in (scene.count_crossings, scene.crossings):
-            with self.assertRaisesRegex(ValueError, r"ray_masks: shape is \(3, 2\); expected \(2, 3\)"):
-                call(rays, ray_masks=np.ones((3, 2), np.uint32))
-            call(rays, ray_masks=np.ones((2, 3), np.uint32))
+            with self.assertRaisesRegex(ValueError, r"masks: shape is \(3, 2\); expected a number, or an array of \(2, 3\)"):
+                call(rays, masks=np.ones((3, 2), np.uint32))
+            call(rays, masks=np.ones((2, 3), np.uint32))
         flags = ballot.Array("inside", 2)
         flags.write([True, False])
         self.assertEqual(flags.read().tolist(), [1, 0])

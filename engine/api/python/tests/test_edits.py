@@ -27,7 +27,7 @@ class Edits(unittest.TestCase):
     def answers(self, scene):
         rays = ref.random_rays(500)
         columns = scene.trace_columns(rays, ("t", "prims", "mesh_ids", "instances"))
-        return [scene.trace(rays), *columns.values(), scene.count_crossings(rays, ray_masks=np.ones(500, np.uint32))]
+        return [scene.trace(rays), *columns.values(), scene.count_crossings(rays, masks=np.ones(500, np.uint32))]
 
     def same(self, a, b):
         for x, y in zip(self.answers(a), self.answers(b)):

@@ -53,7 +53,7 @@ class Instances(unittest.TestCase):
     def test_masks_are_of_instances(self):
         self.scene.set_masks([0, 1, 2, 3], [1, 1, 2, 2])
         self.scene.commit()
-        self.assertEqual(self.scene.count_crossings(down((0.25, 0.3)), ray_masks=[2]).tolist(), [1])
+        self.assertEqual(self.scene.count_crossings(down((0.25, 0.3)), masks=[2]).tolist(), [1])
         self.scene.set_masks(2, 0)
         self.scene.commit()
         self.assertEqual(self.scene.trace_columns(down((0.25, 0.3)), ["instances"])["instances"].tolist(), [0])

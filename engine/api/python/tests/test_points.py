@@ -71,7 +71,7 @@ class Nearest(unittest.TestCase):
         got = scene.compute_signed_distance(np.float32(points), sign="pseudonormal")
         self.assertEqual(np.signbit(got).tolist(), [True, False, False])
         self.assertEqual(scene.compute_occupancy(np.float32(points), sign="pseudonormal").tolist(), [1, 0, 0])
-        with self.assertRaisesRegex(ValueError, "sign is 'normal'; expected one of parity, pseudonormal"):
+        with self.assertRaisesRegex(ValueError, "sign is 'normal'; expected parity or pseudonormal"):
             open_cube.nearest(points, ("inside",), sign="normal")
 
     def test_bad_input(self):
@@ -110,8 +110,8 @@ class Crossings(unittest.TestCase):
         self.assertEqual((hits.dtype, hits["t"][:3].tolist()), (ballot.HIT, [8, 10, 8]))
         first, hits = self.scene.crossings(self.rays, first=1)
         self.assertEqual((first[:4].tolist(), len(hits)), ([1, 1, 0, 1], first.sum()))
-        none, hits = self.scene.crossings(self.rays, first=0)
-        self.assertEqual((none.sum(), len(hits)), (0, 0))
+        with self.assertRaisesRegex(ValueError, "first is 0; expected 1 to 4294967294"):
+            self.scene.crossings(self.rays, first=0)
         self.assertEqual(self.scene.count_crossings(np.zeros((0, 6), np.float32)).shape, (0,))
 
     def test_against_a_search(self):
@@ -139,9 +139,9 @@ class Filters(unittest.TestCase):
             count = lambda **how: self.scene.count_crossings(self.rays, numeric=numeric, **how).tolist()
             self.assertEqual(count(), [4, 4])
             self.assertEqual(count(cull="back"), [2, 2])
-            self.assertEqual(count(ray_masks=[2, 3]), [2, 4])
+            self.assertEqual(count(masks=[2, 3]), [2, 4])
             counts, hits = self.scene.crossings(
-                self.rays, first=1, numeric=numeric, cull="front", ray_masks=[2, 3]
+                self.rays, first=1, numeric=numeric, cull="front", masks=[2, 3]
             )
             self.assertEqual((counts.tolist(), hits["t"].tolist()), ([1, 1], [14, 10]))
             inside = self.scene.nearest([[0, 0, 0], [2, 0, 0]], ("inside", "distances"), numeric=numeric)
@@ -151,13 +151,60 @@ class Filters(unittest.TestCase):
         self.assertEqual(self.scene.count_crossings(self.rays, alpha=True).tolist(), [4, 4])
         self.assertEqual(len(self.scene.crossings(self.rays, alpha=True)[1]), 8)
 
+    def test_hits(self):
+        """Nearest, any and first hits with filters are the first crossings with them."""
+        far = [[-9, 9, 0, 1, 0, 0]]
+        rays = np.concatenate([self.rays, far]).astype(np.float32)
+        for how in ({"cull": "back"}, {"cull": "front", "masks": 2}, {"masks": [2, 3, 0]}, {"alpha": True}):
+            for numeric in ("watertight", "exact")[: 1 if "alpha" in how else 2]:
+                lists = self.scene.crossings(rays, numeric=numeric, **how)
+                begin = lists.offsets
+                self.assertEqual((begin[0], begin[-1]), (0, len(lists.hits)))
+                for first in (1, 3, 20):
+                    hits = self.scene.trace(rays, first=first, numeric=numeric, **how)
+                    self.assertEqual(hits.shape, (3, first))
+                    for i, row in enumerate(hits):
+                        some = lists.hits[begin[i] : begin[i + 1]][:first]
+                        self.assertEqual(row[: len(some)].tobytes(), some.tobytes())
+                        self.assertTrue((row["prim"][len(some) :] == ballot.MISS).all())
+                        self.assertTrue((row["t"][len(some) :] == np.inf).all())
+                nearest = self.scene.trace(rays, numeric=numeric, **how)
+                self.assertEqual(nearest.tobytes(), self.scene.trace(rays, first=1, numeric=numeric, **how).tobytes())
+                blocked = self.scene.occluded(rays, numeric=numeric, **how)
+                self.assertEqual(blocked.tolist(), (lists.counts > 0).tolist())
+                columns = self.scene.trace_columns(rays, ("t", "mesh_ids", "uvs"), first=2, numeric=numeric, **how)
+                self.assertEqual(columns["uvs"].shape, (3, 2, 2))
+                np.testing.assert_array_equal(columns["t"][:, 0], nearest["t"])
+                job = self.scene.submit(rays, first=2, numeric=numeric, **how)
+                np.testing.assert_array_equal(job.wait()["t"], columns["t"])
+        one, each = self.scene.count_crossings(rays, masks=2), self.scene.count_crossings(rays, masks=[2, 2, 2])
+        self.assertEqual(one.tolist(), each.tolist())
+
+    def test_options_belong_to_kinds(self):
+        for call, text in (
+            (lambda: self.scene.trace(self.rays, sign="parity"), "sign: found an argument that is no option of hits"),
+            (lambda: self.scene.crossings(self.rays, method="cut"), "method: found"),
+            (lambda: self.scene.nearest([[0, 0, 0]], cull="back"), "cull: found"),
+        ):
+            with self.assertRaisesRegex(TypeError, text):
+                call()
+        for call, text in (
+            (lambda: self.scene.trace(self.rays, cull="back", method="packet"), "method is 'packet', beside"),
+            (lambda: self.scene.trace(self.rays, cull="back", numeric="plain"), "numeric is 'plain'; expected"),
+            (lambda: self.scene.trace(self.rays, first=2, any=True), "any is 1 and first is set"),
+            (lambda: self.scene.trace(self.rays, first=2**32 - 2), "no memory holds|too little memory|out of memory"),
+            (lambda: ballot.render(self.scene, None, 8, 8, cull="back"), "cull is no option of pictures"),
+        ):
+            with self.assertRaisesRegex((ValueError, MemoryError), text):
+                call()
+
     def test_wrong_filters(self):
         for how, what in (
             ({"numeric": "plain"}, "numeric is 'plain'"),
             ({"cull": "both"}, "cull is 'both'"),
-            ({"ray_masks": [1]}, "ray_masks has 1 numbers; expected 2"),
-            ({"ray_masks": [1, -1]}, "ray_masks: found int64"),
-            ({"ray_masks": [1.5, 2]}, "ray_masks: found float64"),
+            ({"masks": [1, 2, 3]}, r"masks: shape is \(3,\)"),
+            ({"masks": [1, -1]}, "masks: found int64"),
+            ({"masks": [1.5, 2]}, "masks: found float64"),
             ({"numeric": "exact", "alpha": True}, "alpha is 1 and numeric is 'exact'"),
         ):
             with self.assertRaisesRegex(ValueError, what):

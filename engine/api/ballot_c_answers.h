@@ -1,0 +1,252 @@
+/* Questions and answers: rays and points, where they lie, what is asked of them, where the answers go. ballot_c.h
+ * includes it. */
+#ifndef BALLOT_C_ANSWERS_H
+#define BALLOT_C_ANSWERS_H
+
+#ifndef BALLOT_C_H
+#error include ballot/ballot_c.h
+#endif
+
+/* ---- Questions -------------------------------------------------------------------------------------------------- */
+
+/* A ray: hits are sought at origin + t * dir with t in [t_min, t_max]. dir need not be of unit length. A ray is dead,
+ * and reported as a miss, if t_max <= t_min, if a component is NaN or infinite, or if dir is zero or denormal: if no
+ * component of it reaches 2^-126, about 1.18e-38, in any mode. Modes other than "exact" promise nothing for a ray that
+ * starts farther from the scene than 2^20 diagonals of its bounds. Mode "watertight" places each vertex as float32 sees
+ * it from the origin, off by up to about 2^-22 of the distance: from afar a closed mesh stays closed, but may lie
+ * elsewhere as a whole. */
+typedef struct BallotRay {
+  float origin[3]; /* x, y, z */
+  float t_min;     /* hits before it do not count */
+  float dir[3];    /* x, y, z */
+  float t_max;     /* nor do those behind it; infinity: no end */
+} BallotRay;
+
+enum { BALLOT_FLOAT32 = 0, BALLOT_FLOAT64 = 1, BALLOT_UINT32 = 2 };
+#define BALLOT_AXES 8 /* the most axes of a shape */
+
+/* One number, or three, of each question, as they lie in the caller's memory, at any address. float64 is rounded to the
+ * nearest float32, beyond its range to infinity. Numbers that stand for all questions are read before the call returns,
+ * also by ballot_submit(). */
+typedef struct BallotColumn {
+  const void* data BALLOT_ZERO;              /* of the first question; NULL: the column's default */
+  ptrdiff_t stride[BALLOT_AXES] BALLOT_ZERO; /* bytes from one question to the next along each axis; 0: one for all */
+  uint32_t type BALLOT_ZERO;                 /* BALLOT_FLOAT32 or BALLOT_FLOAT64; of masks BALLOT_UINT32 */
+  ptrdiff_t gap BALLOT_ZERO;                 /* bytes between a number and the next of its three; 0: side by side */
+} BallotColumn;
+
+/* Rays. {n} is the shape of n rays, {h, w} that of h rows of w, whose neighbours in the last axis are neighbours in the
+ * results. */
+typedef struct BallotRays {
+  BALLOT_SIZE(BallotRays);
+  size_t shape[BALLOT_AXES] BALLOT_ZERO; /* a zero behind the first number, and what follows, is no axis */
+  BallotColumn origin BALLOT_ZERO;       /* x, y, z */
+  BallotColumn direction BALLOT_ZERO;    /* x, y, z */
+  BallotColumn t_min BALLOT_ZERO;        /* NULL: 0 */
+  BallotColumn t_max BALLOT_ZERO;        /* NULL: no end */
+  BallotColumn mask BALLOT_ZERO;         /* an instance is left out whose mask shares no bit with it; NULL: all bits */
+} BallotRays;
+
+/* Returns rays that lie as records. */
+static inline BallotRays ballot_rays(const BallotRay* records, size_t count) {
+  BallotRays rays = BALLOT_INIT(BallotRays);
+  rays.shape[0] = count;
+  if (!records) return rays;
+  rays.origin.data = records->origin, rays.direction.data = records->dir;
+  rays.t_min.data = &records->t_min, rays.t_max.data = &records->t_max;
+  rays.origin.stride[0] = rays.direction.stride[0] = (ptrdiff_t)sizeof(BallotRay);
+  rays.t_min.stride[0] = rays.t_max.stride[0] = (ptrdiff_t)sizeof(BallotRay);
+  return rays;
+}
+/* Returns rays that lie as rows of six floats: origin, direction. */
+static inline BallotRays ballot_rays_of_six(const float* rows, size_t count) {
+  BallotRays rays = BALLOT_INIT(BallotRays);
+  rays.shape[0] = count;
+  if (!rows) return rays;
+  rays.origin.data = rows, rays.direction.data = rows + 3;
+  rays.origin.stride[0] = rays.direction.stride[0] = (ptrdiff_t)(6 * sizeof(float));
+  return rays;
+}
+
+/* Points. */
+typedef struct BallotPoints {
+  BALLOT_SIZE(BallotPoints);
+  size_t shape[BALLOT_AXES] BALLOT_ZERO; /* as in BallotRays */
+  BallotColumn at BALLOT_ZERO;           /* x, y, z; a point that is not finite is near nothing, and outside */
+  /* Triangles farther away are not looked for; NULL: no limit. One for all is above 0, or of ballot_list_within() 0; a
+   * point whose own is negative or NaN is near nothing, and outside. */
+  BallotColumn limit BALLOT_ZERO;
+} BallotPoints;
+
+/* Returns points that lie side by side: three floats each. */
+static inline BallotPoints ballot_points(const float* xyz, size_t count) {
+  BallotPoints points = BALLOT_INIT(BallotPoints);
+  points.shape[0] = count;
+  points.at.data = xyz, points.at.stride[0] = (ptrdiff_t)(3 * sizeof(float));
+  return points;
+}
+
+/* ---- How to answer ---------------------------------------------------------------------------------------------- */
+
+/* How to answer questions. Zero is what is usual: nearest hits, watertight, by the method that is fastest here. What
+ * begins with the name of a kind of answer belongs to that alone, and is refused elsewhere: hits are those of
+ * ballot_trace(), crossings those of ballot_list_crossings(), points are asked by ballot_query_points(). */
+typedef struct BallotQuery {
+  BALLOT_SIZE(BallotQuery);
+  BallotBool any BALLOT_ZERO; /* Of hits: 1: some hit, for visibility and shadows; 0: the nearest */
+  /* Of hits and crossings: the first so many triangles that each ray crosses, at most 2^32 - 2. Hits then are rows of
+   * so many, filled up with misses. 0: one hit; of crossings all. Up to 16 are looked for no farther than they lie. */
+  uint32_t first BALLOT_ZERO;
+  BallotText method BALLOT_ZERO; /* Of hits: the traversal method, as `ballot methods` lists them; NULL: "auto" */
+  /* "watertight", or "exact": what is found, and its order, are those of exact arithmetic; the host decides what the
+   * device leaves open. Hits have "plain" and "fast" as well: float32 without promises. NULL: "watertight". */
+  BallotText numeric BALLOT_ZERO;
+  BallotText knobs BALLOT_ZERO; /* Of hits: settings of the method, as "vote=count,lanes=8"; NULL: its defaults */
+  /* Of hits: for method auto a ray kind ("primary", "shadow", "ao", "diffuse", ...), or "coherent", "mixed",
+   * "incoherent"; NULL: it looks at the rays. */
+  BallotText ray_class BALLOT_ZERO;
+  /* Of hits and crossings: "back" or "front": triangles that a ray meets from there are left out. The front is the side
+   * from which the vertices run counter-clockwise. NULL: "none". */
+  BallotText cull BALLOT_ZERO;
+  /* Of hits and crossings: 1: a triangle is left out where its surface stops nothing: where the alpha of material,
+   * texture and vertex colours is below the cutoff of a mask, or 0. Changes nothing where all surfaces are opaque, as
+   * in scenes from arrays. Not with numeric "exact", because textures are read in float32. */
+  BallotBool alpha BALLOT_ZERO;
+  /* Of points: what decides what is inside. "parity": the number of crossings of one ray, of closed meshes alone.
+   * "pseudonormal": the side of the nearest triangle, at its corners and edges by the angle-weighted sum of the normals
+   * there (Baerentzen and Aanaes 2005); of meshes with open edges too, if their triangles are wound alike. Without a
+   * triangle within the limit a point is not inside. NULL: "parity". */
+  BallotText sign BALLOT_ZERO;
+  /* Of points: 1: go on with a mesh that sign refuses; answers near its faults are then arbitrary. */
+  BallotBool assume_closed BALLOT_ZERO;
+  /* Called now and then with the share that is done, from the thread that works; also before the call waits for another
+   * one, or for work that does not stop. Returning non-zero ends the call with BALLOT_ERROR_INTERRUPTED; what is
+   * written to the outputs by then is unspecified. */
+  BallotProgress progress BALLOT_ZERO;
+} BallotQuery;
+
+/* What a call took. */
+typedef struct BallotTimes {
+  BALLOT_SIZE(BallotTimes);
+  double seconds BALLOT_ZERO;   /* wall time of the call inside the library */
+  double device_ms BALLOT_ZERO; /* time of the traversal on the device */
+  uint64_t hits BALLOT_ZERO;    /* rays that hit, points that found a triangle; 0 of arrays on the device */
+} BallotTimes;
+
+/* ---- Rays ------------------------------------------------------------------------------------------------------- */
+
+/* A hit. On a miss prim is BALLOT_MISS, t infinity, u = v = 0. */
+typedef struct BallotHit {
+  float t;       /* distance, in multiples of dir; of ballot_list_within() in scene units */
+  uint32_t prim; /* the triangle, counted through the instances of the scene */
+  float u, v;    /* weights of its vertices 1 and 2: barycentric coordinates, 0 to 1 */
+} BallotHit;
+#define BALLOT_MISS 0xFFFFFFFFu /* the number of no triangle, mesh or instance */
+
+/* Where the results go: arrays of an entry for each ray, or of BallotQuery::first entries, in their order. Those that
+ * are NULL are not written. The arrays must not overlap the rays or each other. */
+typedef struct BallotHits {
+  BALLOT_SIZE(BallotHits);
+  BallotHit* hits BALLOT_ZERO;     /* whole hits */
+  float* t BALLOT_ZERO;            /* distance, in multiples of the direction; on a miss infinity */
+  uint32_t* prims BALLOT_ZERO;     /* number of the triangle within its mesh; on a miss BALLOT_MISS */
+  uint32_t* mesh_ids BALLOT_ZERO;  /* BallotMesh::id, or as BallotSceneOptions::ids says; on a miss BALLOT_MISS */
+  float* uvs BALLOT_ZERO;          /* 2 each: weights of the vertices 1 and 2; on a miss 0 */
+  float* normals BALLOT_ZERO;      /* 3 each: unit normal, by the right-hand rule over the vertices; on a miss 0 */
+  uint8_t* occluded BALLOT_ZERO;   /* 1: hit, 0: miss */
+  uint32_t* instances BALLOT_ZERO; /* number of the instance; on a miss BALLOT_MISS */
+} BallotHits;
+
+/* Traces rays, nearest, any or first hits, and returns when the results are written. Neighbours in the array share a
+ * subgroup: order rays for coherence. Rays in rows, as of a camera or a turning scanner, are traced in tiles of 8 x 8.
+ * Masks, cull, alpha and first make hits the first crossings (ballot_list_crossings()), by one method; the others are
+ * refused. query and times may be NULL. Zero rays are allowed. */
+BALLOT_API BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
+                                     const BallotQuery* query, BallotTimes* times);
+
+/* The same in the background. Rays and arrays must stay as they are until the job has ended; the structs are copied.
+ * Jobs of a device run in the order in which they were submitted. A scene that is updated before a job has ended may
+ * answer it as before or after the update: wait first. */
+BALLOT_API BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
+                                      const BallotQuery* query, BallotJob** job);
+/* Waits for the job and returns its status. times may be NULL. */
+BALLOT_API BallotStatus ballot_job_wait(BallotJob* job, BallotTimes* times);
+/* Returns BALLOT_NOT_READY, or the status of the job that has ended. */
+BALLOT_API BallotStatus ballot_job_poll(BallotJob* job);
+/* Waits for the job and frees it; in a callback it waits once the call has ended, but for a callback of a job. */
+BALLOT_API void ballot_job_destroy(BallotJob* job);
+
+/* Where lists go: a list of triangles for each question. */
+typedef struct BallotLists {
+  BALLOT_SIZE(BallotLists);
+  int64_t* counts BALLOT_ZERO;  /* of each question: how many are listed; NULL: not wanted */
+  int64_t* offsets BALLOT_ZERO; /* one more than questions: where each list begins among all, then their sum; NULL */
+  /* Takes the lists of questions [first, first + count), in parts, one list after the other. Non-zero ends the call
+   * with BALLOT_ERROR_INTERRUPTED. NULL: they are only counted. */
+  int (*take)(void* user, uint64_t first, size_t count, const uint32_t* counts, const BallotHit* hits) BALLOT_ZERO;
+  void* user BALLOT_ZERO; /* given to take */
+} BallotLists;
+
+/* Finds all crossings of rays and triangles with t in [t_min, t_max]: each triangle once, with the t of a "watertight"
+ * hit, those of a ray in order of t, at equal t of prim. From outside to outside a ray crosses a closed mesh an even
+ * number of times. A ray that passes through a closed surface at an edge or a vertex crosses it there once; one that
+ * only touches it there, twice or not at all. A ray in a triangle's plane does not cross it. The first crossings are
+ * the beginning of the whole list, bit for bit. With numeric "exact" the order among instances is that of t as
+ * reported. Takes memory for some 4 million crossings at a time, and more for a ray that has more. query and times may
+ * be NULL. */
+BALLOT_API BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, const BallotLists* lists,
+                                              const BallotQuery* query, BallotTimes* times);
+
+/* ---- Points ----------------------------------------------------------------------------------------------------- */
+
+/* Where the answers go, as in BallotHits. Without a triangle within the limit distances are infinite, numbers
+ * BALLOT_MISS, the rest 0. */
+typedef struct BallotNearest {
+  BALLOT_SIZE(BallotNearest);
+  float* distances BALLOT_ZERO;        /* from the nearest triangle */
+  float* points BALLOT_ZERO;           /* 3 each: the nearest point */
+  uint32_t* prims BALLOT_ZERO;         /* its triangle within its mesh; of those as near the smallest number */
+  uint32_t* mesh_ids BALLOT_ZERO;      /* as in BallotHits */
+  float* uvs BALLOT_ZERO;              /* 2 each: weights of the vertices 1 and 2 */
+  float* normals BALLOT_ZERO;          /* 3 each: unit normal of the triangle, by the right-hand rule */
+  float* signed_distances BALLOT_ZERO; /* negative inside, as BallotQuery::sign says */
+  uint8_t* inside BALLOT_ZERO;         /* 1: inside, as BallotQuery::sign says */
+} BallotNearest;
+
+/* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
+ * the reported triangle, M' that of the nearest triangle, and R the largest distance to a point of the scene along an
+ * axis.
+ *
+ * Distance  Has an error of at most 64 * 2^-24 (M + M') + 2^-85 R, also of thin triangles. Triangles that share an edge
+ *           or a vertex compute the same distance from it.
+ * Parity    One ray along +x. Right if every triangle is farther away than 16 * 2^-24 times the distance to its own
+ *           farthest vertex and none is smaller than 2^-88 R, also where the ray passes exactly through an edge or a
+ *           vertex. On the surface the answer is that of a point beside it, towards +x, then +y, then +z. Inside of two
+ *           surfaces that are nested or overlap is outside. Refused if an edge has an odd number of triangles.
+ * Pseudonormals  Agree with parity on meshes that are closed, manifold, wound alike and free of self-intersections. On
+ *           the surface a point is not inside. Near a border it is behind the plane of the triangle there or in front
+ *           of it, however far it is. The sign may be wrong within the bound of the distance, beside an edge within
+ *           about that divided by the sine of half the angle between its faces; at sharp corners no bound is proved.
+ *           Refused if two triangles run along an edge in the same direction. 72 bytes a triangle.
+ * Exact     With numeric "exact" the nearest triangle and what is inside are those of exact arithmetic, signs by
+ *           pseudonormals for these as rounded to float32. The host decides what the device leaves open, and looks for
+ *           each nearest triangle again.
+ *
+ * Instances The triangles are those of moved vertices, rounded to float32. By parity a point is inside if it is so of
+ *           an odd number of instances, whose meshes must be closed; M is then that in the space of the mesh, times the
+ *           largest stretch of the matrix, and what the point rounds to there adds to the bound.
+ *
+ * Vertices are one if their coordinates are equal. Triangles without area are left out; where one closes a gap, the
+ * edges around it count as open. Answers depend neither on the tree nor on the order of the points, with one exception:
+ * of a point farther away than 16 times the scene's longest side the nearest triangle may be another one within the
+ * same bound. Points as far as 3e38 are answered. */
+BALLOT_API BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points, const BallotNearest* to,
+                                            const BallotQuery* query, BallotTimes* times);
+
+/* Finds all triangles within the limit of each point, which is its radius: with t the distance, within the bound of
+ * ballot_query_points(), and u = v = 0, those of a point in order of t, at equal t of prim. A triangle at the limit
+ * counts. Needs a limit for all, or of each point. query may have progress alone; it and times may be NULL. */
+BALLOT_API BallotStatus ballot_list_within(BallotScene* scene, const BallotPoints* points, const BallotLists* lists,
+                                           const BallotQuery* query, BallotTimes* times);
+
+#endif

@@ -1,0 +1,182 @@
+// Lists by the C interface: crossings of rays, and triangles near points.
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <string_view>
+
+#include "engine/api/crossings.h"
+#include "engine/core/parallel.h"
+
+namespace ballot::api {
+namespace {
+
+constexpr Hit kMissed{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
+
+/// A query for crossings of some rays, with the memory that it refers to.
+class CrossingCall {
+ public:
+  CrossingCall(const SceneState& scene, const RayArray& rays, const BallotQuery& query, const RowOrder& order)
+      : rays_(rays), order_(order), query_(crossing_query(query)) {
+    if (!rays.masks()) return;
+    const SceneInstances& all = scene.world->scene_facts().instances;
+    if (std::ranges::all_of(all.placements, [](const Placement& p) { return p.mask == kMeetsAll; })) return;
+    for (const Placement& p : all.placements)
+      triangle_masks_.insert(triangle_masks_.end(), all.triangles_of(p.mesh), p.mask);
+    query_.triangle_masks = triangle_masks_;
+  }
+  CrossingCall(const CrossingCall&) = delete;
+  CrossingQuery& query() { return query_; }
+
+  /// Returns the rays in their order, with their masks.
+  RaySource source(Watch& watch) const {
+    RaySource source;
+    source.count = rays_.count();
+    if (watch)
+      source.progress = [&watch, count = rays_.count()](std::uint64_t done) { watch(double(done) / double(count)); };
+    source.read = [this](std::uint64_t first, std::span<Ray> room) { rays_.read(order_, std::size_t(first), room); };
+    if (!rays_.masks()) return source;
+    source.masks = [this](std::uint64_t first, std::span<std::uint32_t> room) {
+      order_.for_runs(std::size_t(first), room.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
+        rays_.masks().read(place, room.subspan(i, n));
+      });
+    };
+    return source;
+  }
+
+ private:
+  const RayArray& rays_;
+  const RowOrder& order_;
+  CrossingQuery query_;
+  std::vector<std::uint32_t> triangle_masks_;
+};
+
+/// Writes lists to a caller's arrays, in their order.
+class ListArrays {
+ public:
+  ListArrays(const BallotLists& to, const DeviceState& device, const char* what)
+      : to_(to), device_(device), what_(what) {
+    if (to_.offsets) to_.offsets[0] = 0;
+  }
+  void write(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits) {
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      found_ += counts[i] != 0;
+      sum_ += counts[i];
+      if (to_.counts) to_.counts[first + i] = counts[i];
+      if (to_.offsets) to_.offsets[first + i + 1] = sum_;
+    }
+    if (!to_.take) return;
+    const InCallback mark(device_);
+    if (to_.take(to_.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(hits.data())))
+      throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {} {}", first + counts.size(), what_));
+  }
+  std::uint64_t found() const { return found_; }
+
+ private:
+  BallotLists to_;
+  const DeviceState& device_;
+  const char* what_;
+  std::int64_t sum_ = 0;
+  std::uint64_t found_ = 0;
+};
+
+/// Counts crossings. Rays in rows are taken in tiles, as by ballot_trace().
+BallotTimes count_crossings(SceneState& scene, const RayArray& rays, std::int64_t* counts, const BallotQuery& query,
+                            Watch& watch) {
+  const Clock clock;
+  const RowOrder order = RowOrder::find(rays);
+  CrossingCall call(scene, rays, query, order);
+  std::atomic<std::uint64_t> hits{0};
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> all) {
+    for_chunks(all.size(), kChunk, [&](std::size_t from, std::size_t to) {
+      const std::span<const std::uint32_t> some = all.subspan(from, to - from);
+      hits += std::uint64_t(some.size()) - std::uint64_t(std::ranges::count(some, 0u));
+      if (!counts) return;
+      order.for_runs(std::size_t(first) + from, some.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
+        std::ranges::copy(some.subspan(i, n), counts + place);
+      });
+    });
+  };
+  return clock.times(scene.world->rays().count(call.source(watch), take, call.query()), hits);
+}
+
+BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const BallotLists& lists, const BallotQuery& query,
+                           Watch& watch) {
+  if (!lists.take && !lists.offsets && query.first == 0)
+    return count_crossings(scene, rays, lists.counts, query, watch);
+  const Clock clock;
+  const RowOrder in_turn;
+  CrossingCall call(scene, rays, query, in_turn);
+  ListArrays out(lists, *scene.device, "rays");
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
+    out.write(first, counts, found);
+  };
+  const TraceTimes spent = scene.world->rays().list(call.source(watch), take, call.query());
+  return clock.times(spent, out.found());
+}
+
+}  // namespace
+
+TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
+                           Watch& watch, std::uint64_t& hits) {
+  for (const auto& [name, value] : {std::pair{"method", query.method.text}, std::pair{"knobs", query.knobs.text}})
+    if (value && std::string_view(value) != kDefaultMethod && *value)
+      refuse(fmt::format("{} is '{}', beside first, masks, cull or alpha, which one method answers; expected none",
+                         name, value));
+  if (query.any && query.first) refuse("any is 1 and first is set; expected one of them");
+  const std::size_t most = std::max(query.first, 1u);
+  if (rays.count() > kMostBytes / sizeof(Hit) / most)
+    refuse(fmt::format("first is {}, of {} rays; no memory holds as many hits: expected fewer than 2^47 bytes in all",
+                       query.first, rays.count()));
+  const RowOrder in_turn;
+  CrossingCall call(scene, rays, query, in_turn);
+  call.query().most = std::uint32_t(most);
+  HitArrays out(to, scene, in_turn, rays.count() * most);
+  std::vector<Hit> rows;
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
+    rows.assign(counts.size() * most, kMissed);
+    for (std::size_t i = 0; i < counts.size(); found = found.subspan(counts[i]), ++i) {
+      std::ranges::copy(found.first(counts[i]), rows.begin() + std::ptrdiff_t(i * most));
+      hits += counts[i] != 0;
+    }
+    out.write(std::size_t(first) * most, rows);
+  };
+  return scene.world->rays().list(call.source(watch), take, call.query());
+}
+
+}  // namespace ballot::api
+
+using namespace ballot::api;
+
+BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, const BallotLists* lists,
+                                   const BallotQuery* query, BallotTimes* times) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(rays, "ballot_list_crossings", "rays");
+    need(lists, "ballot_list_crossings", "lists");
+    const RayArray array(read_struct(rays, "BallotRays"));
+    const BallotLists l = read_struct(lists, "BallotLists");
+    const BallotQuery q = read_query(query, kCrossingsKind);
+    Watch watch(q, *state->device);
+    const Watched watched(watch);
+    const DeviceUse use(*state->device);
+    keep_fit(*state);
+    write_struct(times, list_crossings(*state, array, l, q, watch), "BallotTimes");
+  });
+}
+
+BallotStatus ballot_list_within(BallotScene* scene, const BallotPoints* points, const BallotLists* lists,
+                                const BallotQuery* query, BallotTimes* times) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(points, "ballot_list_within", "points");
+    need(lists, "ballot_list_within", "lists");
+    const PointArray array(read_struct(points, "BallotPoints"), true);
+    const BallotLists l = read_struct(lists, "BallotLists");
+    const BallotQuery q = read_query(query, kWithinKind);
+    write_struct(times, BallotTimes{}, "BallotTimes");
+    Watch watch(q, *state->device, "points");
+    const Watched watched(watch);
+    const DeviceUse use(*state->device);
+    keep_fit(*state);
+    const ListArrays out(l, *state->device, "points");
+    refuse("within: not there yet");
+  });
+}

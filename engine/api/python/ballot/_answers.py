@@ -1,0 +1,285 @@
+"""Questions that a Scene answers: rays, points, and lists of what is near them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from . import _arrays, _ballot, _query, _sources
+from ._array import Array
+from ._arrays import HIT
+from ._closable import Closable
+from ._door import HIT_COLUMNS, POINT_COLUMNS, CrossingOptions, HitOptions, PointOptions, Times, documented
+from ._job import Job
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+
+class Lists(NamedTuple):
+    """A list of triangles for each question."""
+
+    #: how many each has: int64 of the questions' shape
+    counts: np.ndarray
+    #: those of all questions one after the other: HIT of shape (sum of counts,)
+    hits: np.ndarray
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """Where each list begins in hits, then their number: int64 of shape (questions + 1,)."""
+        return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.counts, dtype=np.int64)])
+
+
+def _told(times: list[Times] | None, spent: Any) -> None:
+    if times is not None:
+        times.append(Times(*spent))
+
+
+class Answers(Closable):
+    """The part of a Scene that answers questions."""
+
+    _handle: _ballot.Scene
+
+    @documented
+    def trace(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        out: Any = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
+    ) -> np.ndarray:
+        """Traces rays and returns their hits.
+
+        rays       (..., 8): origin x y z, t_min, direction x y z, t_max; or (..., 6): origin, direction, with t from 0
+                   without a bound; or an array of dtype RAY. NumPy, DLPack on the CPU, or nested lists. float32 and
+                   float64 are read in place, at any strides; float64 is rounded. Neighbours share a subgroup: order
+                   rays for coherence
+        origins, directions  instead of rays: (..., 3) each. Their other axes broadcast as NumPy's do: one origin for
+                   all directions, one direction for all origins, each with each
+        t          (t_min, t_max) for all but rays of 8 numbers: numbers, or arrays that broadcast to the rays' shape;
+                   None: 0, and no end. A number that is NaN, or a t_min above t_max, is an error; in arrays it is a
+                   dead ray
+        masks      whole numbers below 2^32 that broadcast to the rays' shape: instances whose masks (set_masks()) share
+                   no bit with a ray's are left out; None: all bits
+        out        where hits go: an array of dtype HIT and the rays' shape, or float32 of shape (..., 4)
+        {hits_options}
+        progress   called with the share done, 0 to 1, before the call waits and after about each million rays;
+                   returning False ends the call with Error (Code.INTERRUPTED). It must not call ballot.
+        times      a list that the Times of the call are appended to
+
+        Returns HIT of shape (...), or (..., first): t, prim, u, v. t counts multiples of the direction, which need not
+        be of unit length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if t_max <= t_min,
+        if a number is NaN or infinite (but t_max), or if its direction is zero.
+
+        Memory of results that were let go of is kept for the next ones: up to a 32nd of the machine's, at most 1 GiB.
+        Other threads run meanwhile. Ctrl-C ends the call, as every call of ballot, within half a second; `out` is then
+        half-written, perhaps for some time yet.
+        Raises TypeError and ValueError for wrong arguments, before anything is written.
+        """
+        source = _sources.rays(rays, t, origins, directions, masks)
+        asked, progress = _query.options(options, "hits")
+        hits = _arrays.out_array(out, _shape(source, asked), HIT, source[1:])
+        _told(times, self._handle.trace(source, {"hits": _arrays.flat(hits)}, asked, progress))
+        return hits
+
+    @documented
+    def trace_columns(
+        self, rays: Any = None, columns: Sequence[str] = ("t", "prims", "mesh_ids", "uvs", "normals"), *,
+        origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        out: Mapping[str, Any] | None = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
+    ) -> dict[str, np.ndarray]:
+        """Traces rays and returns an array for each column that is asked for. Arguments as trace(), and
+
+        columns  some of
+        {hit_columns}
+                 With `first` they have an axis more: (..., first).
+        out      arrays for some of the columns, by name
+        """
+        source = _sources.rays(rays, t, origins, directions, masks)
+        asked, progress = _query.options(options, "hits")
+        arrays = _arrays.columns(columns, HIT_COLUMNS, _shape(source, asked), source[1:], out)
+        flat = {name: _arrays.flat(array) for name, array in arrays.items()}
+        _told(times, self._handle.trace(source, flat, asked, progress))
+        return arrays
+
+    def occluded(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        out: Any = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
+    ) -> np.ndarray:
+        """Returns True for each ray that hits something between its t_min and t_max: bool of shape (...).
+
+        Arguments as trace(); `out` is bool or uint8. A query for some hit is often several times as fast as one for the
+        nearest.
+        """
+        options.setdefault("any", True)
+        given = None if out is None else {"occluded": out}
+        return self.trace_columns(
+            rays, ("occluded",), origins=origins, directions=directions, t=t, masks=masks, out=given, times=times,
+            **options,
+        )["occluded"]  # fmt: skip
+
+    def submit(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        out: Any = None, **options: Unpack[HitOptions],
+    ) -> Job:
+        """Begins a trace in the background. Arguments as trace(), without progress. Jobs of a device run in the order
+        of their submission.
+
+        `rays` and `out` must not change until the job has ended. Wrong names of methods and knobs raise ValueError in
+        Job.wait().
+        """
+        source = _sources.rays(rays, t, origins, directions, masks)
+        asked, progress = _query.options(options, "hits")
+        if progress is not None:
+            raise TypeError("progress: found a function; a job in the background has none: expected None")
+        hits = _arrays.out_array(out, _shape(source, asked), HIT, source[1:])
+        numbers = _arrays.flat(hits)
+        return Job(self._handle.submit(source, {"hits": numbers}, asked, (source, numbers)), hits)
+
+    def trace_arrays(
+        self, rays: Array, hits: Array, count: int | None = None, **options: Unpack[HitOptions]
+    ) -> Times:
+        """Traces the first `count` rays (None: all) of an array on the device and writes their hits to another.
+
+        The options any, method, numeric, knobs and ray_class are those of trace().
+        Returns Times once the hits are written; they are not counted. If another interface, such as CUDA, filled the
+        rays, wait for its stream first. Raises ValueError if an array is of another device, of the wrong kind or too
+        small.
+        """
+        number = _number((rays, "rays"), (hits, "hits"), count)
+        return Times(*self._handle.trace_arrays(rays._handle, hits._handle, number, _query.options(options, "hits")[0]))
+
+    @documented
+    def nearest(
+        self, points: Any, columns: Sequence[str] = ("distances", "points", "prims", "uvs"), *, limit: Any = None,
+        out: Mapping[str, Any] | None = None, times: list[Times] | None = None, **options: Unpack[PointOptions],
+    ) -> dict[str, np.ndarray]:
+        """Finds the nearest point of the scene for each point. Returns a dict of arrays.
+
+        points   (..., 3) float32 or float64, read in place at any strides; one that is not finite is near nothing, and
+                 outside
+        columns  some of
+        {point_columns}
+                 Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0. Distances are
+                 within 64 * 2^-24 (M + M') + 2^-85 R of the true ones, M and M' being the largest distances of a vertex
+                 of the reported and of the nearest triangle, R that of a point of the scene along an axis. By parity
+                 "inside" is right for every point that is 16 * 2^-24 M away from the surface
+        limit    triangles farther away are not looked for: a number above 0, or an array that broadcasts to the points'
+                 shape, where a point of a negative or NaN limit is near nothing; inf or None: there is no limit
+        {points_options}
+        out, times, progress  as trace_columns()
+
+        Raises ValueError if "inside" or "signed_distances" is asked for and an edge of the scene belongs to an odd
+        number of triangles; with sign "pseudonormal", if two triangles run along an edge in the same direction.
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> scene.nearest([[0.25, 0.25, 2]])["distances"].tolist()
+        [2.0]
+        """
+        source = _sources.points(points, limit)
+        asked, progress = _query.options(options, "points")
+        arrays = _arrays.columns(columns, POINT_COLUMNS, source.shape, source[1:], out)
+        flat = {name: _arrays.flat(array) for name, array in arrays.items()}
+        _told(times, self._handle.nearest(source, flat, asked, progress))
+        return arrays
+
+    def nearest_arrays(
+        self, points: Array, answers: Array, count: int | None = None, **options: Unpack[PointOptions]
+    ) -> Times:
+        """Answers the first `count` points (None: all) of an array on the device by another; the host sees neither.
+
+        points   an Array of "points", in an order in which neighbours are near each other
+        answers  an Array of "nearest", "distances" (negative inside) or "inside", which says what is asked
+        All else as nearest(); limits are those of the points. Only numeric "exact" brings the points to the host.
+
+        Returns Times once the answers are written. If another interface, such as CUDA, filled the points, wait for its
+        stream first. Raises ValueError if an array is of another device, of the wrong kind or too small, and as
+        nearest().
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> points, answers = ballot.Array("points", 1), ballot.Array("distances", 1)
+        >>> points.write([[0.25, 0.25, -2]])
+        >>> times = scene.nearest_arrays(points, answers, sign="pseudonormal")
+        >>> answers.read().tolist()
+        [-2.0]
+        """
+        number = _number((points, "points"), (answers, "answers"), count)
+        asked = _query.options(options, "points")[0]
+        return Times(*self._handle.query_point_arrays(points._handle, answers._handle, number, asked))
+
+    def within(
+        self, points: Any, radius: Any, *, times: list[Times] | None = None, progress: Any = None
+    ) -> Lists:
+        """Lists all triangles within a radius of each point, the nearest first: HIT with t the distance, within the
+        bound of nearest(), and u = v = 0.
+
+        points  as nearest()
+        radius  a distance of at least 0, or an array that broadcasts to the points' shape; triangles at it count. In
+                arrays a point of a negative or NaN radius is near nothing
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> counts, hits = scene.within([[0.25, 0.25, 2], [0.25, 0.25, 3]], 2.5)
+        >>> counts.tolist(), hits["t"].tolist()
+        ([1, 0], [2.0])
+        """
+        source = _sources.points(points, radius, least=True)
+        return self._list(source, True, True, {}, _query.progress_function(progress), times)
+
+    @documented
+    def count_crossings(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        times: list[Times] | None = None, **options: Unpack[CrossingOptions],
+    ) -> np.ndarray:
+        """Returns how many triangles each ray crosses: int64 of shape (...). Rays, origins, directions, t, masks as
+        trace().
+
+        A ray through an edge or a vertex of a closed surface crosses it there once, or twice or not at all where it
+        touches the surface from one side.
+
+        {crossings_options}
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> scene.count_crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]]).tolist()
+        [1, 0]
+        """
+        source = _sources.rays(rays, t, origins, directions, masks)
+        asked, progress = _query.options(options, "crossings")
+        return self._list(source, False, False, asked, progress, times).counts
+
+    def crossings(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        times: list[Times] | None = None, **options: Unpack[CrossingOptions],
+    ) -> Lists:
+        """Finds all triangles that each ray crosses, or the `first` of each. Returns Lists (counts, hits): each ray's
+        in the order of t, at equal t of prim. Arguments as count_crossings().
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> counts, hits = scene.crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]])
+        >>> counts.tolist(), hits["t"].tolist()
+        ([1, 0], [2.0])
+        """
+        source = _sources.rays(rays, t, origins, directions, masks)
+        asked, progress = _query.options(options, "crossings")
+        return self._list(source, False, True, asked, progress, times)
+
+    def _list(
+        self, source: _sources.Source, near: bool, lists: bool, asked: dict[str, Any], progress: Any,
+        times: list[Times] | None,
+    ) -> Lists:
+        counts = _arrays.empty(source.shape, np.int64)
+        hits: np.ndarray
+        hits, spent = self._handle.list(source, near, lists, counts.reshape(-1), asked, progress)
+        _told(times, spent)
+        return Lists(counts, hits.view(HIT).reshape(-1))
+
+
+def _shape(source: _sources.Source, asked: Mapping[str, Any]) -> tuple[int, ...]:
+    """Returns the shape of hits: with an axis more if several of each ray are asked for."""
+    return (*source.shape, asked["first"]) if "first" in asked else source.shape
+
+
+def _number(questions: tuple[Any, str], answers: tuple[Any, str], count: int | None) -> int:
+    """Returns how many questions of an array on the device are asked."""
+    for array, name in (questions, answers):
+        if not isinstance(array, Array):
+            raise TypeError(f"{name}: found {type(array).__name__}; expected a ballot.Array")
+    return len(questions[0]) if count is None else _query.integer(count, "count", 0, 2**32 - 1)

@@ -1,0 +1,171 @@
+// Questions in Python, over arrays in the host's memory: answered at once or in the background.
+#include <chrono>
+#include <thread>
+
+#include "door.h"
+#include "sources.h"
+
+namespace ballot::python {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Query = Options<BallotQuery>;
+
+Query query_of(const nb::dict& options) { return {options, door::kQueryRows}; }
+
+/// Runs call(scene, query, times), which asks the library, as a task, and returns the times. The call has to own what
+/// it uses.
+template <class Call>
+nb::tuple answered(const SceneObject& self, nb::object progress, const Query& query, bool short_, Call call) {
+  const Times times = watched(
+      self.use(), std::move(progress),
+      [=](const Scene& s, Watch& watch) {
+        BallotQuery asked = query.c;
+        asked.progress = watch;
+        Times spent;
+        check(call(s.handle(), &asked, &spent));
+        return spent;
+      },
+      short_);
+  return tuple_of(&times, door::kTimesRows);
+}
+
+/// `first`: the hits of each ray that there is room for.
+nb::tuple trace(const SceneObject& self, const Objects& source, const nb::dict& columns, const nb::dict& options,
+                nb::object progress) {
+  const Source from(source);
+  const Query query = query_of(options);
+  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max(query.c.first, 1u));
+  return answered(self, std::move(progress), query, from.count() <= kFew, [=](auto* scene, auto* asked, auto* times) {
+    const BallotRays rays = from.rays();
+    return ballot_trace(scene, &rays, &to.c, asked, times);
+  });
+}
+
+nb::tuple nearest(const SceneObject& self, const Objects& source, const nb::dict& columns, const nb::dict& options,
+                  nb::object progress) {
+  const Source from(source);
+  const Columns<BallotNearest> to(columns, door::kNearestRows, from.count());
+  return answered(self, std::move(progress), query_of(options), from.count() <= kFew,
+                  [=](auto* scene, auto* asked, auto* times) {
+                    const BallotPoints points = from.points();
+                    return ballot_query_points(scene, &points, &to.c, asked, times);
+                  });
+}
+
+/// What a list has taken so far.
+struct Listed {
+  ResultBlock block;      // t, prim (its bits), u, v of each
+  std::size_t bytes = 0;  // of these
+
+  static int take(void* user, std::uint64_t, std::size_t questions, const std::uint32_t* counts,
+                  const BallotHit* hits) {
+    auto& self = *static_cast<Listed*>(user);
+    std::size_t total = 0;
+    for (std::size_t i = 0; i < questions; ++i) total += counts[i];
+    const std::size_t more = total * sizeof(BallotHit);
+    self.block.make_room(self.bytes + more, self.bytes);
+    if (more) std::memcpy(static_cast<std::byte*>(self.block.data()) + self.bytes, hits, more);
+    self.bytes += more;
+    return 0;
+  }
+  /// Returns the numbers of the hits. Few are copied, so that they hold no large block.
+  auto array() && {
+    const std::size_t numbers = bytes / sizeof(float);
+    auto* first = static_cast<float*>(block.data());
+    if (bytes < (std::size_t(1) << 20)) return array_of(std::vector<float>(first, first + numbers), {numbers});
+    return nb::ndarray<nb::numpy, float>(first, {numbers}, std::move(block).owner());
+  }
+};
+
+using Counts = nb::ndarray<std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+/// Writes the counts and returns (numbers of the hits, times). `near`: of points the triangles within their limit; else
+/// the crossings of rays. Without `lists` they are only counted.
+Objects list(const SceneObject& self, const Objects& source, bool near, bool lists, const Counts& counts,
+             const nb::dict& options, nb::object progress) {
+  const Source from(source);
+  if (counts.size() != from.count())
+    throw Error(BALLOT_ERROR_ARGUMENT,
+                "counts has " + std::to_string(counts.size()) + " numbers; expected " + std::to_string(from.count()));
+  const auto found = std::make_shared<Listed>();
+  const nb::tuple times =
+      answered(self, std::move(progress), query_of(options), false, [=](auto* scene, auto* asked, auto* spent) {
+        BallotLists to{.counts = counts.data(), .user = found.get()};
+        if (lists) to.take = &Listed::take;
+        if (near) {
+          const BallotPoints points = from.points();
+          return ballot_list_within(scene, &points, &to, asked, spent);
+        }
+        const BallotRays rays = from.rays();
+        return ballot_list_crossings(scene, &rays, &to, asked, spent);
+      });
+  return nb::make_tuple(std::move(*found).array(), times);
+}
+
+/// A trace in the background. Keeps its arrays.
+struct JobObject : Kept<Job> {
+  JobObject(std::shared_ptr<Job> job, nb::object arrays) : Kept("job", std::move(job), std::move(arrays)) {}
+};
+
+JobObject submit(const SceneObject& self, const Objects& source, const nb::dict& columns, const nb::dict& options,
+                 nb::object arrays) {
+  const Source from(source);
+  const Query query = query_of(options);
+  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max(query.c.first, 1u));
+  const BallotRays rays = from.rays();
+  std::shared_ptr<Job> job = without_gil(self.use(), [&](const Scene& s) {
+    BallotJob* submitted = nullptr;
+    check(ballot_submit(s.handle(), &rays, &to.c, &query.c, &submitted));
+    return std::make_shared<Job>(submitted);
+  });
+  return {std::move(job), std::move(arrays)};
+}
+
+/// Waits in short naps, so that Ctrl-C is noticed: a call that waits for the end returns to Python only then.
+nb::tuple wait(const JobObject& self) {
+  const auto begin = Clock::now();
+  while (!without_gil(self.use(), [&](const Job& job) {
+    if (job.poll()) return true;
+    std::this_thread::sleep_for(std::min<Clock::duration>((Clock::now() - begin) / 16, std::chrono::milliseconds(20)));
+    return job.poll();
+  }))
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+  const Times times = without_gil(self.use(), [](Job& job) { return job.wait(); });
+  return tuple_of(&times, door::kTimesRows);
+}
+
+nb::tuple trace_arrays(const SceneObject& self, const ArrayObject& rays, const ArrayObject& hits, std::uint64_t count,
+                       const nb::dict& options) {
+  return answered(self, nb::none(), query_of(options), false,
+                  [=, from = rays.use(), to = hits.use()](auto* scene, auto* asked, auto* times) {
+                    return ballot_trace_buffers(scene, from->get(), to->get(), count, asked, times);
+                  });
+}
+
+nb::tuple query_point_arrays(const SceneObject& self, const ArrayObject& points, const ArrayObject& answers,
+                             std::uint64_t count, const nb::dict& options) {
+  return answered(self, nb::none(), query_of(options), false,
+                  [=, from = points.use(), to = answers.use()](auto* scene, auto* asked, auto* times) {
+                    return ballot_query_point_buffers(scene, from->get(), to->get(), count, asked, times);
+                  });
+}
+
+}  // namespace
+
+void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene) {
+  nb::class_<JobObject>(m, "Job").def("wait", &wait).def("poll", [](const JobObject& self) {
+    return without_gil(self.use(), [](const Job& job) { return job.poll(); });
+  });
+  const auto progress = nb::arg("progress").none();
+  scene.def("trace", &trace, nb::arg("source"), nb::arg("columns"), nb::arg("options"), progress)
+      .def("nearest", &nearest, nb::arg("source"), nb::arg("columns"), nb::arg("options"), progress)
+      .def("list", &list, nb::arg("source"), nb::arg("near"), nb::arg("lists"), nb::arg("counts").noconvert(),
+           nb::arg("options"), progress)
+      .def("submit", &submit, nb::arg("source"), nb::arg("columns"), nb::arg("options"), nb::arg("arrays"))
+      .def("trace_arrays", &trace_arrays)
+      .def("query_point_arrays", &query_point_arrays);
+}
+
+}  // namespace ballot::python

@@ -1,0 +1,105 @@
+#include "engine/api/query.h"
+
+#include <algorithm>
+#include <cstring>
+#include <string_view>
+
+#include "engine/core/error.h"
+#include "generated/door_rows.h"
+
+namespace ballot::api {
+
+const Kind kHitsKind{door::kHits, "hits"}, kCrossingsKind{door::kCrossings, "crossings"},
+    kPointsKind{door::kPoints, "points"}, kWithinKind{door::kWithin, "triangles within a limit"},
+    kArraysKind{door::kHits, "arrays on the device"}, kPictureKind{door::kHits, "pictures"};
+
+namespace {
+
+bool is_set(const BallotQuery& query, const door::Row& row) {
+  constexpr char kUnset[sizeof(void*)] = {};
+  const char* member = reinterpret_cast<const char*>(&query) + row.offset;
+  return std::memcmp(member, kUnset, row.type == door::Type::Text ? sizeof(const char*) : sizeof(std::uint32_t)) != 0;
+}
+
+/// Returns whether a kind of answer has an option.
+bool has(const Kind& kind, const door::Row& row) {
+  if (!(row.kinds & kind.options)) return false;
+  if (&kind == &kWithinKind) return false;
+  const bool by_methods = &kind == &kArraysKind || &kind == &kPictureKind;
+  return !by_methods || row.kinds != (door::kHits | door::kCrossings);
+}
+
+/// Returns whether a query asks for mode exact, of an answer that has no more modes than two.
+bool is_exact(const char* numeric) {
+  const std::string_view name = numeric ? numeric : kDefaultNumeric;
+  if (name != "exact" && name != kDefaultNumeric)
+    fail(Failure::Arguments, "numeric is '{}'; expected {} or exact", name, kDefaultNumeric);
+  return name == "exact";
+}
+
+/// Adds the settings of a text "vote=count,lanes=8".
+void read_knobs(std::string_view text, Knobs& knobs) {
+  while (!text.empty()) {
+    const std::string_view one = text.substr(0, text.find(','));
+    const std::size_t sign = one.find('=');
+    if (sign == 0 || sign == one.npos)
+      fail(Failure::Arguments, "knobs: found '{}'; expected NAME=VALUE, and commas between several", one);
+    knobs[std::string(one.substr(0, sign))] = one.substr(sign + 1);
+    text.remove_prefix(std::min(text.size(), one.size() + 1));
+  }
+}
+
+}  // namespace
+
+void check_options(const BallotQuery& query, const Kind& kind) {
+  for (const door::Row& row : door::kQueryRows) {
+    if (has(kind, row) || !is_set(query, row)) continue;
+    std::string options;
+    for (const door::Row& r : door::kQueryRows)
+      if (has(kind, r)) options += fmt::format("{}{}", options.empty() ? "" : ", ", r.name);
+    fail(Failure::Arguments, "{} is no option of {}; expected {}", row.name, kind.name,
+         options.empty() ? "none" : "some of " + options);
+  }
+  for (const door::Row& row : door::kQueryRows) {
+    if (row.type != door::Type::Bool) continue;
+    const auto value = *reinterpret_cast<const BallotBool*>(reinterpret_cast<const char*>(&query) + row.offset);
+    if (value > 1) fail(Failure::Arguments, "{} is {}; expected 0 or 1", row.name, value);
+  }
+}
+
+Query hit_query(const BallotQuery& q) {
+  Query query;
+  if (q.any) query.want = Want::Any;
+  if (q.method) query.method = q.method.text;
+  if (q.numeric) query.numeric = q.numeric.text;
+  if (q.knobs) read_knobs(q.knobs.text, query.knobs);
+  if (q.ray_class) query.rays = q.ray_class.text;
+  return query;
+}
+
+bool asks_for_crossings(const BallotQuery& q) {
+  return q.first || q.alpha || (q.cull && std::string_view(q.cull.text) != "none");
+}
+
+CrossingQuery crossing_query(const BallotQuery& q) {
+  if (q.first == kAllHits) fail(Failure::Arguments, "first is 2^32 - 1; expected 1 to 2^32 - 2, or 0 for all");
+  CrossingQuery query{.exact = is_exact(q.numeric), .alpha = q.alpha != 0};
+  if (q.first) query.most = q.first;
+  const std::string_view cull = q.cull ? q.cull.text : "none";
+  const std::string_view known[] = {"none", "back", "front"};
+  const auto* found = std::ranges::find(known, cull);
+  if (found == std::end(known)) fail(Failure::Arguments, "cull is '{}'; expected none, back or front", cull);
+  query.cull = Cull(found - known);
+  if (query.alpha && query.exact)
+    fail(Failure::Arguments, "alpha is 1 and numeric is 'exact'; expected one of them: textures are read in float32");
+  return query;
+}
+
+PointQuery point_query(const BallotQuery& q) {
+  const std::string_view sign = q.sign ? q.sign.text : "parity";
+  if (sign != "parity" && sign != "pseudonormal")
+    fail(Failure::Arguments, "sign is '{}'; expected parity or pseudonormal", sign);
+  return {.exact = is_exact(q.numeric), .sides = sign == "pseudonormal"};
+}
+
+}  // namespace ballot::api

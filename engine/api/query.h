@@ -1,0 +1,31 @@
+// What a caller asks: the options of a call, read, checked against its kind of answer, and as the engine takes them.
+#pragma once
+
+#include "engine/answer/point_queries.h"
+#include "engine/answer/query.h"
+#include "engine/answer/ray_queries.h"
+#include "engine/api/ballot_c.h"
+
+namespace ballot::api {
+
+/// What a call answers: a kind that options are for, and the call's name in errors.
+struct Kind {
+  unsigned options;  // door::Kinds
+  const char* name;
+};
+extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kArraysKind, kPictureKind;
+
+/// Throws Error(Arguments) if an option is set that a kind does not have, or a truth value is neither 0 nor 1.
+void check_options(const BallotQuery& query, const Kind& kind);
+
+/// The query of hits by the methods of `ballot methods`.
+Query hit_query(const BallotQuery& query);
+/// Returns true if hits are the first crossings: if an option asks for more than methods find.
+bool asks_for_crossings(const BallotQuery& query);
+/// The query of crossings, without the masks of triangles. Throws Error(Arguments) if an option has a value that it
+/// does not take.
+CrossingQuery crossing_query(const BallotQuery& query);
+/// The query of points; `sides`: signs are those of pseudonormals. Throws likewise.
+PointQuery point_query(const BallotQuery& query);
+
+}  // namespace ballot::api
