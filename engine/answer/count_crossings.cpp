@@ -17,19 +17,19 @@ struct CountWalks {
 
   CrossingKernels& kernels;
   const CrossingVariant& variant;
-  const RayPart& asked;
+  const ListPart<Ray>& asked;
   TraceTimes& times;
-  RayPart part = {};
+  ListPart<Ray> part = {};
 
   static std::uint32_t none() { return 0; }
   static std::string name() { return "crossings"; }
   void choose(std::span<const std::uint32_t> numbers) {
     part = {};
-    for (const std::uint32_t i : numbers) part.add(asked, i);
+    for (const std::uint32_t i : numbers) part.add(asked.questions, asked.masks, i);
   }
   std::vector<TreePiece> pieces(std::uint64_t limit) { return kernels.pieces(variant, limit); }
   void ask(const TreePiece& piece, std::span<std::uint32_t> found) {
-    kernels.count(variant, part.span(0, found.size()), found, times, piece);
+    kernels.count(variant, {part.questions, part.masks}, found, times, piece);
   }
   static void add(std::size_t, std::uint32_t& all, std::uint32_t found) { add_count(all, found); }
 };
@@ -40,7 +40,9 @@ struct CountWalks {
 class RayQueries::Parts::CountAnswerer : public Answerer<Ray, std::uint32_t> {
  public:
   CountAnswerer(Parts& parts, const RaySource& source) : parts_(parts), source_(source) {}
-  std::size_t most() const override { return std::min<std::size_t>(parts_.kernels.most(parts_.variant), kChunk); }
+  std::size_t most() const override {
+    return std::min<std::size_t>(parts_.kernels.kernel(parts_.variant, false).most(), kChunk);
+  }
   void arrange(std::span<Ray> rays) override {
     const bool sorts = rays.size() >= kFewRays && order_rays(rays, parts_.kernels.tree().bvh().bounds, order_);
     if (sorts)
@@ -83,7 +85,7 @@ class RayQueries::Parts::CountAnswerer : public Answerer<Ray, std::uint32_t> {
 
 TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take, const CrossingQuery& query) {
   if (source.count == 0) return {};
-  parts_->begin(source, query, false);
+  parts_->begin(source, query);
   Stream<Ray, std::uint32_t> stream{.most = source.count, .take = take, .progress = source.progress};
   stream.next = [&](std::uint64_t first, std::span<Ray> room) {
     source.read(first, room);

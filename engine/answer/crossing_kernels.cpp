@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/core/error.h"
+#include "engine/core/parallel.h"
 #include "engine/tree/formats/bvh8.h"
 
 namespace ballot {
@@ -13,28 +14,35 @@ constexpr std::uint32_t kAllBits = 0xFFFFFFFFu;
 
 /// Returns the defines of a kernel. `alpha`: those of surfaces, if it reads them.
 Defines defines_of(const CrossingVariant& v, bool wide, const Defines& alpha) {
-  Defines defines{{"BALLOT_LISTS", v.lists}, {"BALLOT_FIRST", v.first > 0}, {"BALLOT_WIDE", wide},
-                  {"BALLOT_EXACT", v.exact}, {"BALLOT_MASKS", v.masks},     {"BALLOT_CULL", int(v.cull)},
-                  {"BALLOT_ALPHA", v.alpha}};
+  Defines defines{{"BALLOT_LISTS", int(v.lists)}, {"BALLOT_FIRST", v.first > 0}, {"BALLOT_ANY", v.any},
+                  {"BALLOT_WIDE", wide},          {"BALLOT_EXACT", v.exact},     {"BALLOT_MASKS", v.masks},
+                  {"BALLOT_CULL", int(v.cull)},   {"BALLOT_ALPHA", v.alpha}};
   if (v.alpha) defines.insert(defines.end(), alpha.begin(), alpha.end());
   return defines;
 }
 
-constexpr CrossingVariant kResults[] = {{}, {.lists = true}, {.lists = true, .first = 1}};
+constexpr CrossingVariant kResults[] = {{},
+                                        {.lists = LISTS_ROWS},
+                                        {.lists = LISTS_PLACES},
+                                        {.lists = LISTS_ROWS, .first = 1},
+                                        {.lists = LISTS_ROWS, .any = true, .first = 1},
+                                        {.lists = LISTS_PLACES, .first = 1}};
 
-KernelSource sums_source() { return {.name = "query.places", .file = "query/places.comp", .group_size = PLACES_GROUP}; }
+/// Returns true if a kernel for this result is used. Mode exact alone lists first crossings that fit into no row, and
+/// does not end a walk early.
+bool is_used(const CrossingVariant& v) { return v.first == 0 || (v.exact ? !v.any : v.lists == LISTS_ROWS); }
 
 }  // namespace
 
 std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeFacts& tree) {
-  std::vector<KernelSource> sources{sums_source()};
+  std::vector<KernelSource> sources;
   for (CrossingVariant v : kResults)
     for (const bool exact : {false, true})
       for (const bool masks : {false, true})
         for (const Cull cull : {Cull::None, Cull::Back, Cull::Front})
           for (const bool wide : {false, true}) {
             v.exact = exact, v.masks = masks, v.cull = cull;
-            sources.push_back(query_source("crossings", device, tree, defines_of(v, wide, {}), wide));
+            if (is_used(v)) sources.push_back(query_source("crossings", device, tree, defines_of(v, wide, {}), wide));
           }
   return sources;
 }
@@ -45,7 +53,7 @@ std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const
   for (CrossingVariant v : kResults)
     for (const bool wide : {false, true}) {
       v.alpha = true;
-      sources.push_back(query_source("crossings", device, tree, defines_of(v, wide, alpha), wide));
+      if (is_used(v)) sources.push_back(query_source("crossings", device, tree, defines_of(v, wide, alpha), wide));
     }
   return sources;
 }
@@ -74,38 +82,39 @@ QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs)
   const bool wide =
       !pairs && gpu_.info().is_cpu() && !tree().has_moved() && tree().bvh().stats.leaves <= kBvh8MostNodes;
   std::optional<QueryKernel>& one = pairs ? all.pieces : all.whole;
-  if (!one || one->is_wide() != wide)
-    one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide, alpha_.defines), wide,
-                variant.first ? SpecConstants{{SPEC_FIRST, variant.first}} : SpecConstants{});
+  if (!one || one->is_wide() != wide) {
+    SpecConstants constants;
+    if (variant.first) constants[SPEC_FIRST] = variant.first;
+    if (variant.lists != LISTS_NONE) constants[SPEC_ROW] = variant.row;
+    one.emplace(gpu_, tree(), "crossings", defines_of(variant, wide, alpha_.defines), wide, std::move(constants));
+  }
   one->prepare();
+  if (variant.alpha) one->bind(alpha_);
+  if (variant.masks) one->bind(BIND_TRIANGLE_MASKS, *triangle_masks_);
   return *one;
 }
-
-std::uint32_t CrossingKernels::most(const CrossingVariant& variant) { return kernel(variant, false).most(); }
 
 std::vector<TreePiece> CrossingKernels::pieces(const CrossingVariant& variant, std::uint64_t limit) {
   return kernel(variant, true).pieces(limit);
 }
 
-/// `are_there`: the last call has brought these rays to the device.
-void CrossingKernels::bind_rays(QueryKernel& kernel, const CrossingVariant& variant, const RaySpan& some,
-                                bool are_there) {
-  Buffer<Ray>& buffer = buffer_for(rays_, gpu_, some.rays.size(), "rays of a query");
-  if (!are_there) buffer.upload(some.rays);
-  kernel.bind(BIND_RAYS, buffer);
-  bind_masks(kernel, variant, some.rays.size(), some.masks);
-}
-
-/// Binds what filters crossings.
 void CrossingKernels::bind_masks(QueryKernel& kernel, const CrossingVariant& variant, std::size_t rays,
-                                 std::span<const std::uint32_t> masks) {
-  if (variant.alpha) kernel.bind(alpha_);
+                                 std::span<const std::uint32_t> masks, bool apart) {
   if (!variant.masks) return;
-  Buffer<std::uint32_t>& buffer = buffer_for(ray_masks_, gpu_, rays, "masks of rays");
-  if (masks.empty()) all_bits_.assign(rays, kAllBits);
-  buffer.upload(masks.empty() ? std::span<const std::uint32_t>(all_bits_) : masks);
-  kernel.bind(BIND_RAY_MASKS, buffer);
-  kernel.bind(BIND_TRIANGLE_MASKS, *triangle_masks_);
+  if (masks.empty()) all_bits_.assign(std::max(all_bits_.size(), rays), kAllBits);
+  if (masks.empty()) masks = std::span<const std::uint32_t>(all_bits_).first(rays);
+  Masks& next = masks_[turn_ % masks_.size()];
+  Buffer<std::uint32_t>& there = buffer_for(apart ? masks_apart_ : next.there, gpu_, rays, "masks of rays");
+  last_masks_ = &there;
+  kernel.bind(BIND_RAY_MASKS, there);
+  if (apart || there.mapped()) return there.upload(masks);
+  ++turn_;
+  if (!next.here || next.here->size() < rays) {
+    next.here.reset();
+    next.here = std::make_unique<Buffer<std::uint32_t>>(gpu_, rays, Access::Host, "masks of rays of the host");
+  }
+  copy_parallel(masks, std::span(reinterpret_cast<std::uint32_t*>(next.here->mapped()), rays));
+  gpu_.pass("copying masks in", [&](Commands& cmd) { cmd.copy(*next.here, there, rays * sizeof(std::uint32_t)); });
 }
 
 std::uint32_t CrossingKernels::count_there(const CrossingVariant& variant, const Chunk<Ray, std::uint32_t>& chunk,
@@ -113,92 +122,21 @@ std::uint32_t CrossingKernels::count_there(const CrossingVariant& variant, const
   QueryKernel& counts = kernel(variant, false);
   counts.bind(BIND_RAYS, chunk.questions);
   counts.bind(BIND_CROSSINGS, chunk.answers);
-  bind_masks(counts, variant, chunk.here.size(), masks);
-  const TreePiece whole{tree().root()};
-  if (!counts.can_record(chunk.count())) return counts.run(0, chunk.count(), whole, times, chunk.launched);
-  counts.record(0, chunk.count(), whole, times);
-  return 0;
-}
-
-std::uint32_t CrossingKernels::run(QueryKernel& kernel, Below piece, const CrossingVariant& variant,
-                                   const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times,
-                                   bool are_there) {
-  bind_rays(kernel, variant, some, are_there);
-  kernel.bind(BIND_CROSSINGS, buffer_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
-  const std::uint32_t unfinished =
-      kernel.run(std::uint32_t(some.rays.size()), piece.value_or(TreePiece{tree().root()}), times);
-  counts_->download(found);
-  return unfinished;
+  bind_masks(counts, variant, chunk.here.size(), masks, false);
+  return counts.answer(0, chunk.count(), {tree().root()}, times, chunk.launched);
 }
 
 std::uint32_t CrossingKernels::count(const CrossingVariant& variant, const RaySpan& some,
-                                     std::span<std::uint32_t> found, TraceTimes& times, Below piece) {
-  return run(kernel(variant, piece.has_value()), piece, variant, some, found, times);
-}
-
-std::uint32_t CrossingKernels::list_to(Slots& to, std::uint32_t slots, const CrossingVariant& variant,
-                                       const RaySpan& some, std::span<std::uint32_t> found, TraceTimes& times,
-                                       Below piece, bool are_there) {
-  QueryKernel& lists = kernel(variant, piece.has_value());
-  lists.bind(BIND_PLACES, *places_);
-  lists.bind(BIND_HITS, buffer_for(to.buffer, gpu_, slots, "crossings"));
-  const std::uint32_t unfinished = run(lists, piece, variant, some, found, times, are_there);
-  fetch(to, slots);
+                                     std::span<std::uint32_t> found, TraceTimes& times, const TreePiece& piece) {
+  QueryKernel& counts = kernel(variant, true);
+  Buffer<Ray>& rays = buffer_for(rays_, gpu_, some.rays.size(), "rays of a query");
+  rays.upload(some.rays);
+  counts.bind(BIND_RAYS, rays);
+  counts.bind(BIND_CROSSINGS, buffer_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
+  bind_masks(counts, variant, some.rays.size(), some.masks, true);
+  const std::uint32_t unfinished = counts.run(std::uint32_t(some.rays.size()), piece, times);
+  counts_->download(found);
   return unfinished;
-}
-
-/// The host reads the slots where they lie on a CPU device, else a copy.
-void CrossingKernels::fetch(Slots& from, std::uint32_t slots) {
-  if (gpu_.info().is_cpu() && from.buffer->mapped()) {
-    hits_ = {reinterpret_cast<const Hit*>(from.buffer->mapped()), slots};
-    return;
-  }
-  from.fetched.resize(slots);
-  if (slots) from.buffer->download(std::span(from.fetched));
-  hits_ = from.fetched;
-}
-
-std::uint32_t CrossingKernels::list(const CrossingVariant& variant, const RaySpan& some,
-                                    std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
-                                    TraceTimes& times) {
-  buffer_for(places_, gpu_, to.size(), "places of crossings").upload(to);
-  return list_to(slots_, to.back(), variant, some, found, times);
-}
-
-std::uint32_t CrossingKernels::list_apart(const CrossingVariant& variant, const RaySpan& some,
-                                          std::span<const std::uint32_t> to, std::span<std::uint32_t> found,
-                                          TraceTimes& times, Below piece) {
-  buffer_for(places_, gpu_, to.size(), "places of crossings").upload(to);
-  return list_to(apart_, to.back(), variant, some, found, times, piece);
-}
-
-/// Writes to places_ how many crossings the rays before each have.
-void CrossingKernels::sum_counts(std::uint32_t count, TraceTimes& times) {
-  refresh(gpu_, sums_, sums_source());
-  // A place behind the last ray has the sum of all.
-  const std::uint32_t tiles = count / PLACES_TILE + 1;
-  sums_->bind(BIND_CROSSINGS, *counts_);
-  sums_->bind(BIND_PLACES, buffer_for(places_, gpu_, count + 1, "places of crossings"));
-  sums_->bind(BIND_TILES, buffer_for(tiles_, gpu_, tiles, "sums of crossings"));
-  for (const std::uint32_t step : {PLACES_TILES, PLACES_SUM, PLACES_PLACE}) {
-    const PlacesPush push{count, tiles, step};
-    gpu_.submit(sums_->name(), [&](Commands& cmd) { sums_->dispatch(cmd, step == PLACES_SUM ? 1 : tiles, push); });
-    times.device_ms += gpu_.last_ms();
-    ++times.dispatches;
-  }
-}
-
-bool CrossingKernels::count_and_list(const CrossingVariant& variant, const RaySpan& some, std::uint32_t most,
-                                     std::span<std::uint32_t> room, std::span<std::uint32_t> found, TraceTimes& times) {
-  CrossingVariant counting = variant;
-  counting.lists = false;
-  count(counting, some, room, times);
-  std::uint64_t all = 0;
-  for (std::uint32_t& n : room) all += n = n < UNSURE ? n : 0;
-  if (all > most) return false;
-  sum_counts(std::uint32_t(some.rays.size()), times);
-  list_to(slots_, std::uint32_t(all), variant, some, found, times, {}, true);
-  return true;
 }
 
 }  // namespace ballot

@@ -17,6 +17,13 @@ struct TraceTimes {
   double device_ms = 0;  // traversal dispatches alone
   std::uint32_t dispatches = 0;
   std::uint64_t retraced = 0;  // rays that the driver cut short and that were traced again in pieces (repair.h)
+
+  TraceTimes& operator+=(const TraceTimes& more) {
+    device_ms += more.device_ms;
+    dispatches += more.dispatches;
+    retraced += more.retraced;
+    return *this;
+  }
 };
 
 /// The ray count of an indirect dispatch: one record of indirect arguments on the device.

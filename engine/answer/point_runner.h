@@ -85,11 +85,9 @@ class Runner {
                  const Settle<Answer>& settle, TraceTimes& times, const Launched& launched = {}) {
     kernel_.bind(BIND_RAYS, points);
     kernel_.bind(Kind::kBinding, answers);
-    if (!settle && kernel_.can_record(count)) {
-      kernel_.record(first, count, {tree_.root()}, times);
-      return;
-    }
-    const std::uint32_t unfinished = kernel_.run(first, count, {tree_.root()}, times, launched);
+    const TreePiece whole{tree_.root()};
+    const std::uint32_t unfinished = settle ? kernel_.run(first, count, whole, times, launched)
+                                            : kernel_.answer(first, count, whole, times, launched);
     if (!unfinished && !settle) return;
     std::vector<ProbePoint> asked(count);
     std::vector<Answer> found(count);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/answer/crossing_kernels.h"
+#include "engine/answer/lists.h"
 #include "engine/answer/point_parts.h"
 #include "engine/core/interruption.h"
 #include "engine/tree/host/build.h"
@@ -69,6 +70,8 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
     for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
+  sources.push_back(places_source());
+  for (const std::uint32_t words : {2u, 4u}) sources.push_back(order_source(words));
   return sources;
 }
 
@@ -130,6 +133,13 @@ void QueryKernel::record(std::uint32_t first, std::uint32_t count, const TreePie
         tree_.walked_s() += ms * 1e-3;
       });
   ++times.dispatches;
+}
+
+std::uint32_t QueryKernel::answer(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,
+                                  const std::function<void(std::uint32_t)>& launched) {
+  if (!can_record(count)) return run(first, count, from, times, launched);
+  record(first, count, from, times);
+  return 0;
 }
 
 std::uint32_t QueryKernel::run(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,

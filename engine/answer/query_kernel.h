@@ -61,6 +61,9 @@ class QueryKernel {
   /// Records such a launch of queries [first, first + count) behind all earlier passes. Adds the time to `times`, which
   /// must outlive it.
   void record(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times);
+  /// Records if it can, else runs. Returns how many queries the driver cut short.
+  std::uint32_t answer(std::uint32_t first, std::uint32_t count, const TreePiece& from, TraceTimes& times,
+                       const std::function<void(std::uint32_t)>& launched = {});
 
   /// Returns pieces that together hold the tree, each of at most `limit` steps (repair.h). Not for `wide`.
   std::vector<TreePiece> pieces(std::uint64_t limit) { return pieces_of(tree_, config_.tree_access(), limit); }

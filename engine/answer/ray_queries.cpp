@@ -1,190 +1,202 @@
 #include "engine/answer/ray_queries.h"
 
+#include <limits>
+
 #include "engine/answer/ray_parts.h"
 #include "engine/core/error.h"
-#include "engine/core/parallel.h"
 
 namespace ballot {
 
 using namespace ray_queries;
 
-void RayQueries::Parts::begin(const RaySource& source, const CrossingQuery& wanted, bool lists) {
+namespace {
+
+constexpr Hit kMiss{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
+
+}  // namespace
+
+void RayQueries::Parts::begin(const RaySource& source, const CrossingQuery& wanted) {
   if (wanted.alpha && wanted.exact)
     fail(Failure::Arguments,
          "crossings: found alpha and mode exact; expected one of them: textures are read in float32");
   query = wanted;
-  variant = {.lists = lists,
-             .exact = query.exact,
+  variant = {.exact = query.exact,
              .masks = source.masks || !query.triangle_masks.empty(),
              .alpha = query.alpha && kernels.has_alpha(),
              .cull = query.cull};
-  if (lists && query.most <= kMostFirst) variant.first = query.most;
-  room = std::max(kFirstSlots, variant.first + kFirstSlots / 2);
-  by_counts = lists && !variant.first && counts_first.value_or(!gpu.info().is_cpu());
   kernels.prepare(variant.masks, query.triangle_masks);
   exact_lists.reset();
   if (query.exact) exact_lists.emplace(kernels.tree(), query);
 }
 
-/// Reads rays and puts them into an order. On a CPU device that is one in which neighbours are alike.
-void RayQueries::Parts::read(const RaySource& source, std::uint64_t first, std::size_t count) {
-  given.resize(count, bool(source.masks));
-  source.read(first, given.rays);
-  if (source.masks) source.masks(first, given.masks);
-  const bool sorts = gpu.info().is_cpu() && !by_counts && count >= kFewRays;
-  if (!sorts || !order_rays(given.rays, kernels.tree().bvh().bounds, order)) {
-    order.clear();
-    std::swap(given, asked);
-    return;
-  }
-  asked.resize(count, bool(source.masks));
-  for_chunks(count, kRayChunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) asked.take(given, order[i], i);
-  });
-}
+/// The crossings of rays. Of few first ones a row holds all, in order, but for mode exact.
+class RayQueries::Parts::Crossings : public ListKind<Ray, Hit> {
+ public:
+  Crossings(Parts& parts, const RaySource& source)
+      : parts_(parts), source_(source), first_(parts.query.most <= kMostFirst ? parts.query.most : 0) {}
 
-/// Lists the crossings of one ray whose walk the driver cut short.
-std::vector<Hit> RayQueries::Parts::list_in_pieces(const RaySpan& ray, TraceTimes& times) {
-  CrossingVariant counting = variant, listing = variant;
-  counting.lists = false;
-  counting.first = listing.first = 0;
-  ListWalk walk{kernels, counting, listing, ray, times};
-  ListWalk::Answer answer{UNFINISHED};
-  repair(walk, std::span(&answer, 1), kFirstPieces, gpu, times);
-  return answer.number == UNSURE ? exact_lists->lists(ray)[0] : std::move(answer.hits);
-}
+  std::uint32_t row() const override { return has_rest() ? std::max(kRow, first_ + kRow / 2) : first_; }
+  bool has_rest() const override { return first_ == 0 || parts_.query.exact; }
+  std::uint32_t most() const override { return parts_.query.most; }
+  QueryKernel& kernel(ListForm form, bool pieces) override {
+    CrossingVariant v = parts_.variant;
+    if (!pieces) v.first = first_;
+    v.any = parts_.query.any && form == ListForm::Rows && row() == 1;
+    if (form == ListForm::Rows) v.lists = LISTS_ROWS, v.row = row();
+    if (form == ListForm::Rest) v.lists = LISTS_PLACES, v.row = row();
+    if (form == ListForm::Apart) v.lists = LISTS_PLACES;
+    QueryKernel& made = parts_.kernels.kernel(v, pieces);
+    if (form == ListForm::Rest) parts_.kernels.bind_masks_again(made, v);
+    return made;
+  }
+  std::vector<TreePiece> pieces(std::uint64_t limit) override { return parts_.kernels.pieces(parts_.variant, limit); }
+  TreePiece whole() override { return {parts_.kernels.tree().root()}; }
+  bool order(std::span<const Ray> rays, std::vector<std::uint32_t>& order) override {
+    return order_rays(rays, parts_.kernels.tree().bvh().bounds, order);
+  }
+  std::vector<std::uint32_t> masks(std::uint64_t first, std::size_t count) override {
+    std::vector<std::uint32_t> masks(source_.masks ? count : 0);
+    if (source_.masks) source_.masks(first, masks);
+    return masks;
+  }
+  void bind_masks(QueryKernel& kernel, std::size_t rays, std::span<const std::uint32_t> masks, bool apart) override {
+    parts_.kernels.bind_masks(kernel, parts_.variant, rays, masks, apart);
+  }
+  std::vector<std::vector<Hit>> settle(const RayPart& rays) override {
+    return parts_.exact_lists->lists({rays.questions, rays.masks});
+  }
+  bool reorders() const override { return parts_.query.exact; }
+  void put_in_order(const Ray& ray, std::vector<Hit>& hits) const override {
+    if (parts_.query.exact) return parts_.exact_lists->put_in_order(ray, hits);
+    ListKind::put_in_order(ray, hits);
+  }
 
-/// Has a little room for each ray; those that need more are listed again.
-void RayQueries::Parts::list_with_room(Answers& answers, TraceTimes& times) {
-  const std::size_t count = asked.rays.size();
-  std::vector<std::uint32_t> to(count + 1);
-  for (std::uint32_t i = 0; i <= count; ++i) to[i] = i * room;
-  found.resize(count);
-  kernels.list(variant, asked.span(0, count), to, found, times);
-  Lists lists;
-  lists.slots = kernels.hits();
-  lists.places.resize(count);
-  for (std::uint32_t i = 0; i < count; ++i) lists.places[i] = {to[i], std::min(found[i], room)};
-  list_open(0, lists, times);
-  collect(0, lists, answers);
-}
+ private:
+  Parts& parts_;
+  const RaySource& source_;
+  std::uint32_t first_;  // crossings that are looked for; 0: all
+};
 
-/// Counts first, and so takes no more room than there are crossings. Does so in halves if that is too much.
-void RayQueries::Parts::list_by_counts(std::size_t begin, std::size_t count, Answers& answers, TraceTimes& times) {
-  found.resize(count);
-  const std::uint32_t most = count == 1 ? UNSURE - 1 : kMostSlots;
-  std::vector<std::uint32_t> room_of(count);
-  if (!kernels.count_and_list(variant, asked.span(begin, count), most, room_of, found, times)) {
-    list_by_counts(begin, count / 2, answers, times);
-    list_by_counts(begin + count / 2, count - count / 2, answers, times);
-    return;
+/// Answers rays by rows of first crossings.
+class RayQueries::Parts::FirstAnswerer : public Answerer<Ray, Hit> {
+ public:
+  FirstAnswerer(Parts& parts, Crossings& crossings)
+      : parts_(parts), crossings_(crossings), lists_(parts.gpu, crossings, parts.rooms) {}
+  std::size_t most() const override {
+    return std::min<std::size_t>(lists_.most(), kChunk / std::bit_ceil(crossings_.row()));
   }
-  Lists lists;
-  lists.slots = kernels.hits();
-  lists.places.resize(count);
-  std::uint32_t sum = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    lists.places[i] = {sum, found[i] < UNSURE ? room_of[i] : 0};
-    sum += room_of[i];
+  std::size_t width() const override { return crossings_.row(); }
+  void arrange(std::span<Ray> rays) override {
+    if (rays.size() >= kFewRays && crossings_.order(rays, order_))
+      rearranged_.arrange(rays, order_);
+    else
+      order_.clear();
   }
-  list_open(begin, lists, times);
-  collect(begin, lists, answers);
-}
+  void answer(const Chunk<Ray, Hit>& chunk, TraceTimes& times) override {
+    std::vector<std::uint32_t> masks = crossings_.masks(chunk.first, chunk.here.size());
+    if (!order_.empty() && !masks.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(masks, order_);
+    QueryKernel& kernel = crossings_.kernel(ListForm::Rows, false);
+    crossings_.bind_masks(kernel, chunk.here.size(), masks, false);
+    kernel.bind(BIND_RAYS, chunk.questions);
+    kernel.bind(BIND_RECORDS, chunk.answers);
+    kernel.bind(BIND_CROSSINGS, buffer_for(parts_.numbers, parts_.gpu, chunk.here.size(), "numbers of crossings"));
+    if (kernel.answer(0, chunk.count(), crossings_.whole(), times, chunk.launched) > 0) finish(chunk, masks, times);
+  }
+  std::span<const Hit> end(std::span<const Ray>, std::span<Hit> hits) override {
+    return order_.empty() ? hits : rearranged_.back(hits, order_, width());
+  }
 
-/// Lists the rays whose crossings did not fit, were cut short or are unsure, apart.
-void RayQueries::Parts::list_open(std::size_t begin, Lists& lists, TraceTimes& times) {
-  const auto apart = [&](std::size_t i, std::vector<Hit> hits) {
-    lists.places[i] = {0, std::uint32_t(hits.size()), std::uint32_t(lists.apart.size() + 1)};
-    lists.apart.push_back(std::move(hits));
-  };
-  std::vector<std::uint32_t> more, unsure;  // more: rays that need more room
-  RayPart unsure_rays;
-  for (std::uint32_t i = 0; i < found.size(); ++i) {
-    if (found[i] == UNFINISHED)
-      apart(i, list_in_pieces(asked.span(begin + i, 1), times));
-    else if (found[i] == UNSURE)
-      unsure.push_back(i), unsure_rays.add(asked, begin + i);
-    else if (found[i] > lists.places[i].count)
-      more.push_back(i);
-  }
-  if (!unsure.empty()) {
-    std::vector<std::vector<Hit>> listed = exact_lists->lists(unsure_rays.span(0, unsure.size()));
-    for (std::size_t k = 0; k < unsure.size(); ++k) apart(unsure[k], std::move(listed[k]));
-  }
-  for (std::size_t first = 0; first < more.size();) {
-    RayPart part;
-    std::vector<std::uint32_t> to{0}, number;
-    std::size_t end = first;
-    for (; end < more.size() && (end == first || to.back() + std::uint64_t{found[more[end]]} <= kMostSlots); ++end) {
-      part.add(asked, begin + more[end]);
-      to.push_back(to.back() + found[more[end]]);
+ private:
+  /// Answers the rays that the driver cut short.
+  void finish(const Chunk<Ray, Hit>& chunk, std::span<const std::uint32_t> masks, TraceTimes& times) {
+    std::vector<std::uint32_t> numbers(chunk.here.size());
+    parts_.numbers->download(numbers);
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if (numbers[i] != UNFINISHED) continue;
+      RayPart one;
+      one.add(chunk.here, masks, i);
+      std::vector<Hit> hits = lists_.list_in_pieces(one);
+      crossings_.put_in_order(chunk.here[i], hits);
+      hits.resize(width(), kMiss);
+      chunk.answers.upload(hits, i * width());
     }
-    number.resize(part.rays.size());
-    kernels.list_apart(variant, part.span(0, part.rays.size()), to, number, times);
-    std::vector<std::uint32_t> cut;  // rays that the driver cut short only now
-    for (std::size_t k = 0; k < number.size(); ++k) {
-      const std::span<const Hit> mine = kernels.hits().subspan(to[k], to[k + 1] - to[k]);
-      if (number[k] == UNFINISHED)
-        cut.push_back(more[first + k]);
-      else
-        apart(more[first + k], {mine.begin(), mine.end()});
-    }
-    for (const std::uint32_t i : cut) apart(i, list_in_pieces(asked.span(begin + i, 1), times));
-    first = end;
+    times += std::exchange(lists_.again(), {});
   }
-}
 
-/// Adds the crossings of rays from number `begin` on to the answers, each ray's in order.
-void RayQueries::Parts::collect(std::size_t begin, const Lists& lists, Answers& answers) const {
-  const std::size_t count = lists.places.size(), before_these = answers.counts.size();
-  std::vector<std::uint64_t> to(count + 1, 0);
-  answers.counts.resize(before_these + count);
-  const auto number_of = [&](std::size_t i) { return order.empty() ? i : std::size_t(order[begin + i]) - begin; };
-  for (std::size_t i = 0; i < count; ++i)
-    answers.counts[before_these + number_of(i)] = std::min(lists.places[i].count, query.most);
-  to[0] = answers.used;
-  for (std::size_t i = 0; i < count; ++i) to[i + 1] = to[i] + answers.counts[before_these + i];
-  answers.make_room(to[count] - to[0]);
-  for_chunks(count, 1 << 12, [&](std::size_t first, std::size_t last) {
-    std::vector<Hit> spare;
-    for (std::size_t i = first; i < last; ++i) {
-      const std::span<const Hit> mine = lists.of(lists.places[i]);
-      const std::size_t n = number_of(i);
-      put_in_order(asked.rays[begin + i], mine, std::span(answers.hits).subspan(to[n], to[n + 1] - to[n]), spare);
-    }
-  });
-}
-
-/// Writes the first crossings of a ray, as many as there is room for.
-void RayQueries::Parts::put_in_order(const Ray& ray, std::span<const Hit> mine, std::span<Hit> to,
-                                     std::vector<Hit>& spare) const {
-  if (to.empty()) return;
-  spare.assign(mine.begin(), mine.end());
-  if (query.exact)
-    exact_lists->put_in_order(ray, spare);
-  else
-    std::ranges::sort(spare, before);
-  std::copy_n(spare.begin(), to.size(), to.begin());
-}
+  Parts& parts_;
+  Crossings& crossings_;
+  ListAnswerer<Ray, Hit> lists_;
+  std::vector<std::uint32_t> order_;  // of the chunk under way; empty: as they came
+  Rearranged<Ray, Hit> rearranged_;
+};
 
 RayQueries::RayQueries(Context& gpu, DeviceTree& tree, SurfaceAlpha alpha)
     : parts_(std::make_unique<Parts>(gpu, tree, std::move(alpha))) {}
 RayQueries::~RayQueries() = default;
 
-void RayQueries::set_counts_first(bool first) { parts_->counts_first = first; }
+Context& RayQueries::context() { return parts_->gpu; }
+
+namespace {
+
+auto reader_of(const RaySource& source) {
+  return [&source](std::uint64_t first, std::span<Ray> room) {
+    source.read(first, room);
+    return room.size();
+  };
+}
+
+/// Takes lists as rows of `most` crossings.
+TakeLists in_rows(std::uint32_t most, const TakeFirst& take) {
+  constexpr std::size_t kHits = 1 << 20;  // that are taken at a time
+  return [&take, most, rows = std::vector<Hit>()](std::uint64_t first, std::span<const std::uint32_t> counts,
+                                                  std::span<const Hit> hits) mutable {
+    const std::size_t some = std::max<std::size_t>(1, kHits / most);
+    for (; !counts.empty(); counts = counts.subspan(std::min(some, counts.size())), first += some) {
+      const std::size_t n = std::min(some, counts.size());
+      rows.assign(n * most, kMiss);
+      for (std::size_t i = 0; i < n; hits = hits.subspan(counts[i++]))
+        std::copy_n(hits.begin(), counts[i], rows.begin() + std::ptrdiff_t(i * most));
+      take(first, rows);
+    }
+  };
+}
+
+}  // namespace
 
 TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, const CrossingQuery& query) {
-  Answers& answers = parts_->kept;
-  return parts_->in_parts(source, query, [&](std::uint64_t first, std::size_t some, TraceTimes& times) {
-    answers.clear();
-    if (query.most == 0)
-      answers.counts.resize(some);
-    else if (parts_->by_counts)
-      parts_->list_by_counts(0, some, answers, times);
-    else
-      parts_->list_with_room(answers, times);
-    take(first, answers.counts, std::span<const Hit>(answers.hits).first(answers.used));
-  });
+  if (source.count == 0) return {};
+  parts_->begin(source, query);
+  if (query.most == 0) {
+    const std::vector<std::uint32_t> none(std::min<std::uint64_t>(source.count, kChunk));
+    for (std::uint64_t first = 0; first < source.count; first += none.size())
+      take(first, std::span(none).first(std::min<std::uint64_t>(none.size(), source.count - first)), {});
+    return {};
+  }
+  Parts::Crossings crossings(*parts_, source);
+  ListAnswerer<Ray, Hit> answerer(parts_->gpu, crossings, parts_->rooms);
+  Stream<Ray, std::uint32_t> stream{.most = source.count, .progress = source.progress};
+  stream.next = reader_of(source);
+  stream.take = [&](std::uint64_t first, std::span<const std::uint32_t> counts) {
+    take(first, counts, answerer.records());
+  };
+  TraceTimes times = StreamRing::of(parts_->gpu).run(stream, answerer);
+  times += answerer.again();
+  return times;
+}
+
+TraceTimes RayQueries::first(const RaySource& source, std::uint32_t most, const TakeFirst& take,
+                             const CrossingQuery& wanted) {
+  if (most == 0) fail(Failure::Arguments, "first crossings: found 0 of each ray; expected at least 1");
+  CrossingQuery query = wanted;
+  query.most = most;
+  if (most > kMostFirst || query.exact) return list(source, in_rows(most, take), query);
+  if (source.count == 0) return {};
+  parts_->begin(source, query);
+  Parts::Crossings crossings(*parts_, source);
+  Parts::FirstAnswerer answerer(*parts_, crossings);
+  Stream<Ray, Hit> stream{.most = source.count, .take = take, .progress = source.progress};
+  stream.next = reader_of(source);
+  return StreamRing::of(parts_->gpu).run(stream, answerer);
 }
 
 }  // namespace ballot

@@ -41,6 +41,8 @@ struct CrossingQuery {
   /// list(): the first crossings of each ray that are wanted. 0: none, and nothing is traced. Up to 16 are
   /// looked for no farther than they lie, of more all crossings are listed first. count() tells how many there are.
   std::uint32_t most = kAllHits;
+  /// first() of one, not in mode exact: any crossing will do, whichever is found first. The walk ends there.
+  bool any = false;
   /// Decides as exact arithmetic does, and orders by the exact t. The device decides what a proved bound lets it
   /// decide, the host the rest. t, u and v are then exact to float32's rounding and 2^-30.
   bool exact = false;
@@ -59,6 +61,11 @@ using TakeCounts = std::function<void(std::uint64_t first, std::span<const std::
 /// other, in order of t, at equal t in order of prim. The spans are valid until it returns.
 using TakeLists =
     std::function<void(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits)>;
+
+/// Takes the first crossings of the rays from number `first` on: as many for each ray as were asked for, in order, and
+/// in the place of those that a ray lacks misses: prim NO_HIT, t infinite, u and v zero. The span is valid until it
+/// returns.
+using TakeFirst = std::function<void(std::uint64_t first, std::span<const Hit> hits)>;
 
 /// Returns the sources of kernels of crossings that read alpha, for a device and a tree with these facts.
 std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const TreeFacts& tree, const Defines& alpha);
@@ -80,12 +87,15 @@ class RayQueries {
   /// are not as many masks as triangles or alpha is asked for in mode exact, Error(Work) if the device fails.
   TraceTimes count(const RaySource& rays, const TakeCounts& take, const CrossingQuery& query = {});
 
-  /// Lists the crossings of each ray. Takes memory for some 2^22 crossings at a time; a ray with more gets memory of
-  /// its own. Throws as count().
+  /// Lists the crossings of each ray. Takes memory for some 2^22 crossings a chunk of rays; a ray with more gets memory
+  /// of its own. Throws as count().
   TraceTimes list(const RaySource& rays, const TakeLists& take, const CrossingQuery& query = {});
 
-  /// For tests: list() counts first, as it does on GPUs, or has a little room for each ray, as on CPU devices.
-  void set_counts_first(bool first);
+  /// Finds the first `most` crossings of each ray, with the bits that list() has. What query.most says does not count.
+  /// Up to 16 are looked for no farther than they lie. Throws as count(), and Error(Arguments) if `most` is 0.
+  TraceTimes first(const RaySource& rays, std::uint32_t most, const TakeFirst& take, const CrossingQuery& query = {});
+
+  Context& context();
 
  private:
   struct Parts;

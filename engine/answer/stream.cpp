@@ -37,7 +37,7 @@ void StreamRing::make_room(std::uint64_t question_bytes, std::uint64_t answer_by
     room.answers_here.emplace(gpu_, answer_bytes, Access::Host, "answers of the host");
     return room;
   };
-  while (rooms_.size() < (gpu_.info().is_cpu() && !acts_as_gpu_ ? 1 : kSets)) rooms_.push_back(make());
+  while (rooms_.size() < (is_alone() ? 1 : kSets)) rooms_.push_back(make());
   question_bytes_ = question_bytes, answer_bytes_ = answer_bytes;
 }
 

@@ -24,7 +24,7 @@ struct Stream {
   /// Writes the questions from number `first` on, which come next, to the front of `room` and returns how many. Fewer
   /// than room.size() end the stream.
   std::function<std::size_t(std::uint64_t first, std::span<Question> room)> next = {};
-  /// Takes the answers to the questions from number `first` on, which come next. The span is valid until the function
+  /// Takes the answers to the questions from number `first` on, which come next: Answerer::width() for each. The span is valid until the function
   /// returns. If the device wrote the answers in place, it is the span that in_place() gave; if the driver refused that
   /// memory, it is another.
   std::function<void(std::uint64_t first, std::span<const Answer> answers)> take = {};
@@ -70,8 +70,10 @@ class Rearranged {
  public:
   /// Moves question order[i] to place i.
   void arrange(std::span<Question> questions, const std::vector<std::uint32_t>& order);
-  /// Returns the answers in the order in which the questions came. They are valid until the next call.
-  std::span<const Answer> back(std::span<const Answer> answers, const std::vector<std::uint32_t>& order);
+  /// Returns the answers, `width` to each question, in the order in which the questions came. They are valid until the
+  /// next call.
+  std::span<const Answer> back(std::span<const Answer> answers, const std::vector<std::uint32_t>& order,
+                               std::size_t width = 1);
 
  private:
   std::vector<Question> sorted_;
@@ -85,6 +87,8 @@ class Answerer {
   virtual ~Answerer() = default;
   /// Returns the most questions of a chunk.
   virtual std::size_t most() const = 0;
+  /// Returns the number of answers to each question.
+  virtual std::size_t width() const { return 1; }
   /// Returns true if the device answers chunks where the caller has them, as Stream::in_place() says.
   virtual bool in_place() const { return false; }
   /// Puts the questions of a chunk into a better order. Devices that are the CPU alone.
@@ -111,6 +115,8 @@ class StreamRing {
   template <class Question, class Answer>
   TraceTimes run(const Stream<Question, Answer>& stream, Answerer<Question, Answer>& answerer);
 
+  /// True if one chunk is under way at a time, which the host sees: devices that are the CPU.
+  bool is_alone() const { return gpu_.info().is_cpu() && !acts_as_gpu_; }
   /// For tests: a CPU device has three sets, and copies, as a GPU with memory of its own; chunks have `most` questions.
   void act_as_gpu(std::size_t most) { rooms_.clear(), acts_as_gpu_ = true, most_ = most; }
 

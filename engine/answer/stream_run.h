@@ -41,10 +41,10 @@ void Rearranged<Question, Answer>::arrange(std::span<Question> questions, const 
 
 template <class Question, class Answer>
 std::span<const Answer> Rearranged<Question, Answer>::back(std::span<const Answer> answers,
-                                                           const std::vector<std::uint32_t>& order) {
+                                                           const std::vector<std::uint32_t>& order, std::size_t width) {
   found_.resize(answers.size());
-  for_chunks(answers.size(), kMoved, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) found_[order[i]] = answers[i];
+  for_chunks(order.size(), kMoved, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) std::copy_n(&answers[i * width], width, &found_[order[i] * width]);
   });
   return found_;
 }
@@ -54,11 +54,11 @@ template <class Question, class Answer>
 class StreamRing::Run {
  public:
   Run(StreamRing& ring, const Stream<Question, Answer>& stream, Answerer<Question, Answer>& answerer)
-      : gpu_(ring.gpu_), ring_(ring), stream_(stream), answerer_(answerer) {
+      : gpu_(ring.gpu_), ring_(ring), stream_(stream), answerer_(answerer), width_(answerer.width()) {
     const std::size_t most = std::min(answerer.most(), ring.most_);
     const std::size_t wanted = std::size_t(std::min<std::uint64_t>(stream.most, most));
     chunk_ = std::clamp(std::bit_ceil(wanted), std::min(kLeastChunk, most), most);
-    ring.make_room(chunk_ * sizeof(Question), chunk_ * sizeof(Answer));
+    ring.make_room(chunk_ * sizeof(Question), chunk_ * width_ * sizeof(Answer));
     rooms_ = std::exchange(ring.rooms_, {});
     for (Room& room : rooms_) slots_.emplace_back(std::move(room));
   }
@@ -115,7 +115,9 @@ class StreamRing::Run {
     Buffer<Answer>& to_here() { return answers_here ? *answers_here : to(); }
     /// Returns the questions, and the answers, in the host's memory.
     std::span<Question> asked() { return {reinterpret_cast<Question*>(from_here().mapped()), count}; }
-    std::span<Answer> given() { return {reinterpret_cast<Answer*>(to_here().mapped()), count}; }
+    std::span<Answer> given(std::size_t width) {
+      return {reinterpret_cast<Answer*>(to_here().mapped()), count * width};
+    }
   };
 
   std::span<Question> room(Slot& slot) {
@@ -165,15 +167,16 @@ class StreamRing::Run {
     const std::uint64_t first = begun_ - slot.count;
     answerer_.answer({slot.from(), slot.to(), slot.asked(), first, launched}, times_);
     if (slot.answers_here)
-      gpu_.pass("copying answers out",
-                [&](Commands& cmd) { cmd.copy(slot.answers, *slot.answers_here, slot.count * sizeof(Answer)); });
+      gpu_.pass("copying answers out", [&](Commands& cmd) {
+        cmd.copy(slot.answers, *slot.answers_here, slot.count * width_ * sizeof(Answer));
+      });
     slot.submission = gpu_.flush();
   }
 
   void deliver(Slot& slot) {
     if (slot.count == 0) return;
     gpu_.wait(slot.submission);
-    const std::span<const Answer> answers = answerer_.end(slot.asked(), slot.given());
+    const std::span<const Answer> answers = answerer_.end(slot.asked(), slot.given(width_));
     stream_.take(done_, answers);
     done_ += std::exchange(slot.count, 0);
     if (stream_.progress) stream_.progress(done_);
@@ -185,7 +188,7 @@ class StreamRing::Run {
   Answerer<Question, Answer>& answerer_;
   std::vector<Room> rooms_;  // empty: the slots have what was in them
   std::vector<Slot> slots_;
-  std::size_t chunk_ = 0;
+  std::size_t chunk_ = 0, width_;
   std::uint64_t begun_ = 0, done_ = 0;  // questions
   TraceTimes times_;
 };

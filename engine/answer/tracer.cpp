@@ -54,10 +54,7 @@ class RayAnswerer : public Answerer<Ray, Hit> {
       tracer_.record(c.questions, c.answers, c.count(), query, [&times](double ms) { times.device_ms += ms; });
       return;
     }
-    const TraceTimes part = tracer_.trace(c.questions, c.answers, c.count(), query);
-    times.device_ms += part.device_ms;
-    times.dispatches += part.dispatches;
-    times.retraced += part.retraced;
+    times += tracer_.trace(c.questions, c.answers, c.count(), query);
   }
 
  private:

@@ -4,9 +4,11 @@
 // one ray a lane, in no order; with BALLOT_FIRST nearer children first.
 //
 // Result: the number of crossings, a word a ray; UNFINISHED if the walk did not finish. With BALLOT_LISTS also
-// the crossings, in no order, from slot places[i] on and before slot places[i + 1]; what does not fit there is left
-// out. With BALLOT_FIRST the list has the first crossings, and may have others (lib/query/first.glsl); their number is
-// then that of the list.
+// the crossings, in no order (lib/query/listing.glsl). With BALLOT_FIRST the list has the first crossings
+// (lib/query/first.glsl), and their number is that of the list: a row holds them in order, and behind them misses. Mode
+// exact may list others besides, in no order.
+//
+// BALLOT_ANY: a ray ends at the first crossing that is found, whichever that is. For BALLOT_FIRST of one.
 //
 // lib/query/triangle_crossing.glsl has what a crossing is, and why closed surfaces are crossed an even number of times.
 // The tree must hold each triangle in one leaf.
@@ -26,6 +28,8 @@
 #include "../lib/tree/instances.glsl"
 #endif
 #include "../lib/query/triangle_crossing.glsl"
+#define RECORD uvec4
+#include "../lib/query/listing.glsl"
 #if BALLOT_FIRST
 #include "../lib/query/first.glsl"
 #endif
@@ -42,8 +46,22 @@
 #endif
 
 layout(set = 0, binding = BIND_CROSSINGS, scalar) writeonly buffer Answers { uint answers[]; };
-#if BALLOT_LISTS
-layout(set = 0, binding = BIND_PLACES, scalar) readonly buffer Places { uint places[]; };
+
+uvec4 record_of(Hit hit, float scale) {
+  return uvec4(floatBitsToUint(hit.t * scale), hit.prim, floatBitsToUint(hit.u), floatBitsToUint(hit.v));
+}
+
+#if BALLOT_FIRST && !BALLOT_EXACT
+// Writes the row of a ray. Returns the number of crossings in it.
+uint list_first(float scale) {
+  uint found = 0u;
+  [[unroll]] for (uint i = 0u; i < FIRST; ++i) {
+    bool is_free = first_hits[i].prim == NO_HIT;
+    list(is_free ? uvec4(0x7F800000u, NO_HIT, 0u, 0u) : record_of(first_hits[i], scale));
+    found += uint(!is_free);
+  }
+  return found;
+}
 #endif
 
 void main() {
@@ -52,24 +70,23 @@ void main() {
 #endif
   uint index = push.ray_begin + gl_GlobalInvocationID.x;
   bool inside = index < push.ray_end;
+  uint mine = inside ? index : push.ray_begin;
+  bool wanted = begin_list(mine) && inside;
 #if BALLOT_INSTANCES
   Walker w;
-  bool live = begin_walks(index, w);
+  bool live = begin_walks(wanted ? index : push.ray_end, w);
   float scale = world_scale;
   uint found = 0u;
 #else
-  Ray given = load_ray(inside ? index : push.ray_begin);
-  bool live = inside && !is_dead(given);
+  Ray given = load_ray(mine);
+  bool live = wanted && !is_dead(given);
   if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
   Walker w = make_walker(given);
   float scale = direction_scale(given.dir);
   uint found = 0u;
   begin_walk(live);
 #endif
-#if BALLOT_LISTS
-  uint slot = places[inside ? index : push.ray_begin], end = places[(inside ? index : push.ray_begin) + 1u];
-#endif
-  begin_crossings(inside ? index : push.ray_begin);
+  begin_crossings(mine);
 #if BALLOT_FIRST
   begin_first(SCENE_END(w));
 #endif
@@ -87,28 +104,38 @@ void main() {
         Hit hit;
         Doubt doubt;
         bool crossed = crosses(w, texel, hit, doubt);
-#if BALLOT_FIRST
+#if BALLOT_FIRST && !BALLOT_EXACT
+        if (crossed) take_first(hit);
+        SET_REACH(w, last_first())
+#elif BALLOT_FIRST
         crossed = crossed && doubt.low <= REACH;
         if (crossed) take_first(doubt.high);
         if (doubt.open) open_t = smaller(open_t, doubt.low);
-        SET_REACH(w, first_t[FIRST - 1u])
+        SET_REACH(w, last_first())
 #else
         unsure = unsure || doubt.open;
 #endif
         found += uint(crossed);
-#if BALLOT_LISTS
-        if (crossed && slot < end) {
-          store_hit(slot, Hit(hit.t * scale, hit.prim, hit.u, hit.v));
-          ++slot;
-        }
+#if BALLOT_LISTS != LISTS_NONE && (!BALLOT_FIRST || BALLOT_EXACT)
+        if (crossed) list(record_of(hit, scale));
 #endif
         texel += TRIANGLE_TEXELS;
         --left;
+#if BALLOT_ANY
+        if (crossed) {
+          live = false;
+          left = 0u;
+          end_walk();
+        }
+#endif
       } while (leaf_count + left != 0u);
     }
   } while (IS_UNDER_WAY(w, live));
-#if BALLOT_FIRST
+#if BALLOT_FIRST && BALLOT_EXACT
   unsure = open_t <= REACH;
+#elif BALLOT_FIRST
+  if (inside) found = list_first(scale);
 #endif
-  if (inside) answers[index] = !finish_walks(1u) ? UNFINISHED : unsure ? UNSURE : found;
+  bool finished = finish_walks(1u);
+  if (inside && WRITES_NUMBER) answers[index] = !finished ? UNFINISHED : unsure ? UNSURE : found;
 }

@@ -1,13 +1,14 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Places: for each ray, how many crossings the rays before it have. A prefix sum in three dispatches: the sum of each
-// tile of rays, by one workgroup the sums of the tiles before each, and the places.
+// Places: where the list of each query begins if they lie one after the other. A prefix sum in three dispatches: the
+// sum of each tile of queries, by one workgroup the sums of the tiles before each, and the places.
 //
 // Source: Duane Merrill, Andrew Grimshaw. Parallel Scan for Stream Architectures. University of Virginia CS-2009-14
 // (reduce, then scan).
 //
-// A count that is UNFINISHED or UNSURE takes no room. places[rays] is the sum of all.
+// A list that is UNFINISHED, UNSURE or too long takes no room. places[lists] is the sum of all. No place is behind the
+// room for all, so a list has its place if there are as many records to the next one.
 #include "../shared/query.h"
 
 layout(local_size_x = PLACES_GROUP) in;
@@ -34,7 +35,7 @@ uint sum_before(uint mine, out uint all) {
   return sum - mine;
 }
 
-uint room_of(uint i) { return i < push.rays && counts[i] < UNSURE ? counts[i] : 0u; }
+uint room_of(uint i) { return i < push.lists && counts[i] <= push.longest ? counts[i] : 0u; }
 
 // Replaces the sums of tiles by those of the tiles before.
 void sum_tiles() {
@@ -63,7 +64,7 @@ void main() {
   }
   before += tiles[tile];
   for (uint i = 0u; i < PLACES_SHARE; ++i) {
-    if (first + i <= push.rays) places[first + i] = before;
+    if (first + i <= push.lists) places[first + i] = min(before, push.records);
     before += room_of(first + i);
   }
 }

@@ -6,13 +6,15 @@
 
 // The bindings of set 0 that query kernels have in addition to those of layout.h and variant.h.
 #define BIND_CROSSINGS 16       // out: a word for each query: crossings of a ray, or whether a point is inside
-#define BIND_PLACES 17          // in: where the crossings of a ray go
+#define BIND_PLACES 17          // in: where lists go
 #define BIND_RAY_MASKS 18       // in: a word a ray
 #define BIND_TRIANGLE_MASKS 19  // in: a word a triangle
-#define BIND_TILES 20           // sums of tiles of rays (shaders/query/places.comp)
+#define BIND_TILES 20           // sums of tiles of queries (shaders/query/places.comp)
 #define BIND_PSEUDONORMALS 21   // in: PSEUDONORMALS vectors of each triangle
 #define BIND_DISTANCES 22       // out: a signed distance for each point
 #define BIND_POINT_INSTANCES 23  // in: the instances as closest points need them
+#define BIND_RECORDS 24         // out: the records of lists
+#define BIND_ROWS 25            // in: the same in rows
 
 // The parts of a triangle: corners 0, 1, 2, edges 0 1, 1 2, 2 0, and the inside. All but the inside have a pseudonormal
 // (engine/tree/host/pseudonormals.h), in this order.
@@ -31,12 +33,28 @@
 // shaders/query/crossings.comp keeps (lib/query/first.glsl).
 #define SPEC_FIRST 6
 
+// Specialization constant of kernels that list (lib/query/listing.glsl): the records of a row.
+#define SPEC_ROW 7
+
+// The values of BALLOT_LISTS: numbers alone, or lists, in rows or one after the other.
+#define LISTS_NONE 0
+#define LISTS_ROWS 1
+#define LISTS_PLACES 2
+
+// A list that is longer takes no place: the host makes it apart.
+#define LONGEST_LIST 512u
+
 // The values of BALLOT_CULL: what is left out.
 #define CULL_NONE 0
 #define CULL_BACK 1
 #define CULL_FRONT 2
 
-// shaders/query/places.comp: the lanes of a workgroup, the rays of a lane and of a tile, and the dispatches.
+// shaders/query/order.comp: the lanes of a workgroup, and the dispatches.
+#define ORDER_GROUP 128u
+#define ORDER_LISTS 0u
+#define ORDER_CARRY 1u
+
+// shaders/query/places.comp: the lanes of a workgroup, the queries of a lane and of a tile, and the dispatches.
 #define PLACES_GROUP 128u
 #define PLACES_SHARE 16u
 #define PLACES_TILE (PLACES_GROUP * PLACES_SHARE)
@@ -78,11 +96,22 @@ BALLOT_RECORD(Nearest, 32);
 
 // Push constants of places.comp.
 struct PlacesPush {
-  uint rays;
+  uint lists;
   uint tiles;
-  uint step;  // PLACES_...
+  uint step;     // PLACES_...
+  uint longest;  // list that takes a place
+  uint records;  // room for all lists
 };
-BALLOT_RECORD(PlacesPush, 12);
+BALLOT_RECORD(PlacesPush, 20);
+
+// Push constants of order.comp.
+struct OrderPush {
+  uint lists;
+  uint step;     // ORDER_...
+  uint row;      // records of a row
+  uint longest;  // list that has a place
+};
+BALLOT_RECORD(OrderPush, 16);
 
 // Push constants of signs.comp.
 struct SignsPush {

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "engine/answer/query_judge.h"
 #include "engine/answer/ray_queries.h"
+#include "engine/answer/stream.h"
 #include "engine/oracle/nearest.h"
 #include "tests/cpu/brute_crossings.h"
 #include "tests/cpu/shapes.h"
@@ -60,8 +62,25 @@ class CrossingTest : public DeviceTest {
                                            const CrossingQuery& query = {}) {
     return counts(queries, source_of(rays), query);
   }
+  /// Lists crossings as the device does, and as a GPU would in several chunks, which must be the same.
   static std::vector<std::vector<Hit>> lists(RayQueries& queries, const RaySource& source,
                                              const CrossingQuery& query = {}) {
+    const auto all = listed_once(queries, source, query);
+    std::shared_ptr<StreamRing>& ring = queries.context().stream_ring();
+    ring.reset();
+    StreamRing::of(queries.context()).act_as_gpu(700);
+    const auto again = listed_once(queries, source, query);
+    ring.reset();
+    EXPECT_EQ(again.size(), all.size());
+    for (std::size_t i = 0; i < std::min(all.size(), again.size()); ++i) {
+      EXPECT_EQ(again[i].size(), all[i].size()) << "ray " << i;
+      if (all[i].empty() || again[i].size() != all[i].size()) continue;
+      EXPECT_EQ(std::memcmp(all[i].data(), again[i].data(), all[i].size() * sizeof(Hit)), 0) << "ray " << i;
+    }
+    return all;
+  }
+  static std::vector<std::vector<Hit>> listed_once(RayQueries& queries, const RaySource& source,
+                                                   const CrossingQuery& query) {
     std::vector<std::vector<Hit>> all;
     const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
       EXPECT_EQ(first, all.size());
@@ -86,18 +105,51 @@ class CrossingTest : public DeviceTest {
     }
     return all;
   }
-  /// Expects that the first crossings are the beginnings of whole lists, bit for bit.
-  static void expect_first(RayQueries& queries, std::span<const Ray> rays, const std::vector<std::vector<Hit>>& whole,
+  /// Returns the first crossings of each ray, `most` for each.
+  static std::vector<Hit> first(RayQueries& queries, const RaySource& source, std::uint32_t most,
+                                const CrossingQuery& query = {}) {
+    std::vector<Hit> all;
+    const auto take = [&](std::uint64_t first, std::span<const Hit> hits) {
+      EXPECT_EQ(first * most, all.size());
+      all.insert(all.end(), hits.begin(), hits.end());
+    };
+    queries.first(source, most, take, query);
+    return all;
+  }
+  /// Expects that the first crossings are the beginnings of whole lists, bit for bit, and misses behind them.
+  static void expect_first(RayQueries& queries, const RaySource& source, const std::vector<std::vector<Hit>>& whole,
                            CrossingQuery query = {}) {
+    const Hit miss{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
     for (const std::uint32_t most : {0u, 1u, 2u, 5u, 17u}) {
       query.most = most;
-      const auto first = lists(queries, rays, query);
-      for (std::size_t i = 0; i < rays.size(); ++i) {
-        ASSERT_EQ(first[i].size(), std::min<std::size_t>(most, whole[i].size())) << "ray " << i << ", first " << most;
-        ASSERT_TRUE(first[i].empty() ||
-                    std::memcmp(first[i].data(), whole[i].data(), first[i].size() * sizeof(Hit)) == 0)
+      const auto listed = lists(queries, source, query);
+      const auto rows = most ? first(queries, source, most, query) : std::vector<Hit>();
+      ASSERT_EQ(rows.size(), whole.size() * most);
+      for (std::size_t i = 0; i < whole.size(); ++i) {
+        std::vector<Hit> truth(whole[i].begin(),
+                               whole[i].begin() + std::min<std::ptrdiff_t>(most, std::ssize(whole[i])));
+        ASSERT_EQ(listed[i].size(), truth.size()) << "ray " << i << ", first " << most;
+        ASSERT_TRUE(truth.empty() || std::memcmp(listed[i].data(), truth.data(), truth.size() * sizeof(Hit)) == 0)
             << "ray " << i << ", first " << most;
+        truth.resize(most, miss);
+        ASSERT_TRUE(most == 0 || std::memcmp(&rows[i * most], truth.data(), most * sizeof(Hit)) == 0)
+            << "ray " << i << ", row of " << most;
       }
+    }
+    expect_any(queries, source, whole, query);
+  }
+  static void expect_first(RayQueries& queries, std::span<const Ray> rays, const std::vector<std::vector<Hit>>& whole,
+                           CrossingQuery query = {}) {
+    expect_first(queries, source_of(rays), whole, query);
+  }
+  /// Expects that any crossing is one of the whole list, and none if there is none.
+  static void expect_any(RayQueries& queries, const RaySource& source, const std::vector<std::vector<Hit>>& whole,
+                         CrossingQuery query) {
+    query.any = true;
+    const std::vector<Hit> any = first(queries, source, 1, query);
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      const auto same = [&](const Hit& h) { return std::memcmp(&h, &any[i], sizeof(Hit)) == 0; };
+      ASSERT_TRUE(whole[i].empty() ? any[i].prim == NO_HIT : std::ranges::any_of(whole[i], same)) << "ray " << i;
     }
   }
   static std::vector<std::uint32_t> prims_of(const std::vector<Hit>& hits) {

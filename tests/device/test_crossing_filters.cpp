@@ -88,6 +88,7 @@ TEST_F(CrossingFilters, MasksAndCulling) {
             source_of(rays, masks == 2 ? std::span<const std::uint32_t>(of_rays) : std::span<const std::uint32_t>());
         const auto numbers = counts(queries, source, query);
         const auto found = lists(queries, source, query);
+        expect_first(queries, source, found, query);
         for (std::size_t i = 0; i < rays.size(); ++i) {
           std::vector<std::uint32_t> truth = crossings_of(rays[i], triangles,
                                                           cull == Cull::None   ? 0

@@ -113,42 +113,39 @@ TEST_F(RayQueriesTest, RaysWithManyCrossings) {
   RayQueries queries(*gpu_, t->tracer->tree());
   const Ray rays[] = {{{0.25f, 0.25f, 2}, 0, {0, 0, -1}, 9}, {{9, 9, 2}, 0, {0, 0, -1}, 9}};
   EXPECT_EQ(counts(queries, rays), (std::vector<std::uint32_t>{kMany, 0}));
-  for (const bool counts_first : {false, true}) {
-    queries.set_counts_first(counts_first);
-    const auto found = lists(queries, rays);
-    ASSERT_EQ(found[0].size(), kMany);
-    for (std::uint32_t i = 0; i < kMany; ++i) ASSERT_EQ(found[0][i].prim, i);
-    for (const std::uint32_t most : {0u, 3u, 40u}) {
-      const auto first = lists(queries, rays, {.most = most});
-      ASSERT_EQ(first[0].size(), most);
-      for (std::uint32_t i = 0; i < most; ++i) ASSERT_EQ(first[0][i].prim, i);
-      EXPECT_TRUE(first[1].empty());
-    }
-  }
+  const auto found = lists(queries, rays);
+  ASSERT_EQ(found[0].size(), kMany);
+  for (std::uint32_t i = 0; i < kMany; ++i) ASSERT_EQ(found[0][i].prim, i);
+  expect_first(queries, rays, found);
+  expect_first(queries, rays, lists(queries, rays, {.exact = true}), {.exact = true});
 }
 
-// More crossings together than are listed at a time, and prefix sums over several tiles of rays.
+// More crossings together than are listed at a time, lists that are longer than a row, and than those that have a place,
+// and prefix sums over several tiles of rays.
 TEST_F(RayQueriesTest, ListsAreTheSameHoweverTheyAreMade) {
-  const shapes::Triangles layers = shapes::identical(2000);
-  const auto t = make(*gpu_, layers, {.builder = BuilderId::Balanced});
-  RayQueries queries(*gpu_, t->tracer->tree());
-  std::vector<Ray> rays;
-  shapes::Random random(5);
-  for (int i = 0; i < 5000; ++i) rays.push_back({{random.in(-1, 1), random.in(-1, 1), 2}, 0, {0, 0, -1}, 9});
-  const std::vector<std::uint32_t> numbers = counts(queries, rays);
-  for (const bool counts_first : {false, true}) {
-    queries.set_counts_first(counts_first);
-    std::vector<std::uint32_t> listed;
-    std::uint64_t wrong = 0;
-    queries.list(source_of(rays), [&](std::uint64_t, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
-      listed.insert(listed.end(), some.begin(), some.end());
-      for (const std::uint32_t n : some) {
-        for (std::uint32_t i = 0; i < n; ++i) wrong += hits[i].prim != i || hits[i].t != 2;
-        hits = hits.subspan(n);
-      }
-    });
-    EXPECT_EQ(listed, numbers);
-    EXPECT_EQ(wrong, 0u);
+  for (const int layers : {30, 500, 2000}) {
+    SCOPED_TRACE(layers);
+    const auto t = make(*gpu_, shapes::identical(layers), {.builder = BuilderId::Balanced});
+    RayQueries queries(*gpu_, t->tracer->tree());
+    std::vector<Ray> rays;
+    shapes::Random random(5);
+    for (int i = 0; i < 5000; ++i) rays.push_back({{random.in(-1, 1), random.in(-1, 1), 2}, 0, {0, 0, -1}, 9});
+    const std::vector<std::uint32_t> numbers = counts(queries, rays);
+    for (const bool as_gpu : {false, true}) {
+      if (as_gpu) StreamRing::of(*gpu_).act_as_gpu(4500);
+      std::vector<std::uint32_t> listed;
+      std::uint64_t wrong = 0;
+      queries.list(source_of(rays), [&](std::uint64_t, std::span<const std::uint32_t> some, std::span<const Hit> hits) {
+        listed.insert(listed.end(), some.begin(), some.end());
+        for (const std::uint32_t n : some) {
+          for (std::uint32_t i = 0; i < n; ++i) wrong += hits[i].prim != i || hits[i].t != 2;
+          hits = hits.subspan(n);
+        }
+      });
+      EXPECT_EQ(listed, numbers);
+      EXPECT_EQ(wrong, 0u);
+    }
+    gpu_->stream_ring().reset();
   }
 }
 

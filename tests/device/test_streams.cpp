@@ -16,7 +16,8 @@ class Streams : public DeviceTest, public testing::WithParamInterface<bool> {
   struct Answers {
     std::vector<Hit> hits;
     std::vector<Nearest> nearest;
-    std::vector<std::uint32_t> inside, counts;
+    std::vector<std::uint32_t> inside, counts, listed;
+    std::vector<Hit> lists, first;
   };
 
   void SetUp() override {
@@ -52,6 +53,14 @@ class Streams : public DeviceTest, public testing::WithParamInterface<bool> {
     world_->rays().count(source(count), [&](std::uint64_t first, std::span<const std::uint32_t> counts) {
       std::ranges::copy(counts, a.counts.begin() + std::ptrdiff_t(first));
     });
+    world_->rays().list(source(count),
+                        [&](std::uint64_t, std::span<const std::uint32_t> counts, std::span<const Hit> hits) {
+                          a.listed.insert(a.listed.end(), counts.begin(), counts.end());
+                          a.lists.insert(a.lists.end(), hits.begin(), hits.end());
+                        });
+    world_->rays().first(source(count), 3, [&](std::uint64_t, std::span<const Hit> hits) {
+      a.first.insert(a.first.end(), hits.begin(), hits.end());
+    });
     return a;
   }
 
@@ -62,6 +71,9 @@ class Streams : public DeviceTest, public testing::WithParamInterface<bool> {
     EXPECT_EQ(std::memcmp(some.nearest.data(), all.nearest.data(), n * sizeof(Nearest)), 0);
     EXPECT_TRUE(std::equal(some.inside.begin(), some.inside.end(), all.inside.begin()));
     EXPECT_TRUE(std::equal(some.counts.begin(), some.counts.end(), all.counts.begin()));
+    EXPECT_EQ(some.listed, some.counts);
+    EXPECT_EQ(count_different(some.lists, std::span(all.lists).first(some.lists.size())), 0u);
+    EXPECT_EQ(count_different(some.first, std::span(all.first).first(3 * n)), 0u);
   }
 
   static constexpr std::size_t kMost = 20000, kChunkOfTests = 3000;

@@ -81,3 +81,8 @@ void find_leaves(Walker w) {
 uint next_leaf() { return found_leaves[--leaf_count]; }
 
 bool is_walking() { return nodes_left.hits != 0u || groups_top > 1u; }
+
+void end_walk() {
+  nodes_left.hits = leaf_count = 0u;
+  groups_top = 1u;
+}

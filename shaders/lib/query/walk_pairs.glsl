@@ -5,6 +5,7 @@
 //   find_leaves(w)     walks until the room for leaves is full, or to the end
 //   next_leaf()        takes a leaf that was put aside; there are leaf_count of them
 //   is_walking()       false once the walk has come to its end
+//   end_walk()         ends it
 
 // More room lets more lanes test leaves at the same time. A ray that is after its first crossing alone had better have
 // it soon.
@@ -56,3 +57,8 @@ void find_leaves(Walker w) {
 uint next_leaf() { return stack[SLOTS - leaf_count--]; }
 
 bool is_walking() { return node != END_OF_TREE; }
+
+void end_walk() {
+  node = END_OF_TREE;
+  leaf_count = 0u;
+}
