@@ -15,6 +15,9 @@
 namespace ballot {
 
 inline bool before(const Hit& a, const Hit& b) { return a.t != b.t ? a.t < b.t : a.prim < b.prim; }
+inline bool before(const Within& a, const Within& b) {
+  return a.distance != b.distance ? a.distance < b.distance : a.prim < b.prim;
+}
 
 /// Questions that are asked together.
 template <class Question>

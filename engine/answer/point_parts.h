@@ -1,6 +1,9 @@
 // The runners of point queries, which calls for points of the host and of the device share. Internal to engine/answer.
 #pragma once
 
+#include <map>
+
+#include "engine/answer/lists.h"
 #include "engine/answer/point_instances.h"
 #include "engine/answer/point_runner.h"
 #include "engine/answer/pseudonormal_array.h"
@@ -26,6 +29,11 @@ struct PointQueries::Parts {
   /// Return what settles the answers of a query; empty unless it is to be exact.
   point_queries::Settle<Nearest> settle_nearest(const PointQuery& query);
   point_queries::Settle<std::uint32_t> settle_inside(const PointQuery& query);
+  class WithinLists;
+  /// Follows the scene's tree.
+  void update_whole() {
+    if (whole.update()) plain_inside.reset(), exact_inside.reset(), within.clear();
+  }
   /// Runs shaders/query/signs.comp, of SIGNS_..., on the answers to a part of an array.
   void write_signs(int what, const RawBuffer& to, std::uint32_t first, std::uint32_t count, TraceTimes& times);
 
@@ -34,8 +42,10 @@ struct PointQueries::Parts {
   WholeTree whole;
   std::optional<NearestRunner> closest, sides;
   std::optional<InsideRunner> plain_inside, exact_inside;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, QueryKernel> within;  // by LISTS_... and records of a row
+  ListRooms<ProbePoint, Within> lists;
   PseudonormalArray pseudonormals;
-  PointInstances instances;
+  PointInstances instances, whole_instances;  // of the two trees
   // Of calls for arrays on the device: a part of them, and the kernels of shaders/query/signs.comp by SIGNS_....
   std::unique_ptr<Buffer<ProbePoint>> some_points;
   std::unique_ptr<Buffer<Nearest>> some_nearest;

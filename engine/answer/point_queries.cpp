@@ -80,7 +80,7 @@ PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuer
 }
 
 PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery& query) {
-  if (whole.update()) plain_inside.reset(), exact_inside.reset();
+  update_whole();
   std::optional<InsideRunner>& runner = query.exact ? exact_inside : plain_inside;
   if (!runner) runner.emplace(gpu, whole.tree(), "inside", Defines{{"BALLOT_EXACT", int(query.exact)}});
   runner->prepare();

@@ -67,6 +67,8 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
     for (const int sides : {0, 1})
       sources.push_back(query_source("closest_point", device, tree, {{"BALLOT_SIDES", sides}}));
     for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
+    for (const std::uint32_t lists : {LISTS_NONE, LISTS_ROWS, LISTS_PLACES})
+      sources.push_back(query_source("within", device, tree, {{"BALLOT_LISTS", int(lists)}}));
     for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }

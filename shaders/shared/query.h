@@ -94,6 +94,13 @@ struct Nearest {
 };
 BALLOT_RECORD(Nearest, 32);
 
+// A triangle within the limit of a point.
+struct Within {
+  float distance;  // scene units
+  uint prim;
+};
+BALLOT_RECORD(Within, 8);
+
 // Push constants of places.comp.
 struct PlacesPush {
   uint lists;

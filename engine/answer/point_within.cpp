@@ -1,0 +1,60 @@
+// The triangles within a radius of a point.
+#include "engine/answer/point_parts.h"
+
+namespace ballot {
+
+/// Lists of triangles, each of which lies in one leaf of the tree.
+class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
+ public:
+  explicit WithinLists(Parts& parts) : parts_(parts) { parts_.update_whole(); }
+
+  QueryKernel& kernel(ListForm form, bool) override {
+    const std::uint32_t lists = form == ListForm::Numbers ? LISTS_NONE
+                                : form == ListForm::Rows  ? LISTS_ROWS
+                                                          : LISTS_PLACES;
+    const std::uint32_t records = form == ListForm::Rows || form == ListForm::Rest ? row() : 0;
+    DeviceTree& tree = parts_.whole.tree();
+    const auto make = [&]() -> QueryKernel& {
+      const SpecConstants constants = lists ? SpecConstants{{SPEC_ROW, records}} : SpecConstants{};
+      return parts_.within
+          .try_emplace({lists, records}, parts_.gpu, tree, "within", Defines{{"BALLOT_LISTS", int(lists)}}, false,
+                       constants)
+          .first->second;
+    };
+    const auto found = parts_.within.find({lists, records});
+    QueryKernel& kernel = found != parts_.within.end() ? found->second : make();
+    kernel.prepare();
+    if (tree.forest()) {
+      parts_.whole_instances.update(parts_.gpu, tree, kernel.fetch());
+      kernel.bind(BIND_POINT_INSTANCES, parts_.whole_instances.device());
+    }
+    return kernel;
+  }
+  std::vector<TreePiece> pieces(std::uint64_t limit) override { return kernel(ListForm::Numbers, true).pieces(limit); }
+  TreePiece whole() override { return {parts_.whole.tree().root()}; }
+  bool order(std::span<const ProbePoint> points, std::vector<std::uint32_t>& order) override {
+    order_points(points, parts_.whole.tree().bvh().bounds, order);
+    return true;
+  }
+
+ private:
+  Parts& parts_;
+};
+
+TraceTimes PointQueries::within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query) {
+  if (query.exact)
+    fail(Failure::Arguments,
+         "triangles within a radius: found mode exact; expected mode watertight: distances are computed in float32");
+  Parts::WithinLists kind(*parts_);
+  ListAnswerer<ProbePoint, Within> answerer(parts_->gpu, kind, parts_->lists);
+  InsideStream asked = stream;
+  asked.in_place = {};
+  asked.take = [&](std::uint64_t first, std::span<const std::uint32_t> counts) {
+    take(first, counts, answerer.records());
+  };
+  TraceTimes times = StreamRing::of(parts_->gpu).run(asked, answerer);
+  times += answerer.again();
+  return times;
+}
+
+}  // namespace ballot
