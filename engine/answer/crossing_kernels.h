@@ -59,8 +59,8 @@ class CrossingKernels {
   /// UNFINISHED. The count of a ray that mode exact leaves open is UNSURE.
   std::uint32_t count(const CrossingVariant& variant, const RaySpan& some, std::span<std::uint32_t> found,
                       TraceTimes& times, const TreePiece& piece);
-  /// The same in the whole tree for rays and counts on the device: records that, or does it and waits. `masks` are those
-  /// of the rays.
+  /// The same in the whole tree for rays and counts on the device: records that, or does it and waits. `masks` are
+  /// those of the rays.
   std::uint32_t count_there(const CrossingVariant& variant, const Chunk<Ray, std::uint32_t>& chunk,
                             std::span<const std::uint32_t> masks, TraceTimes& times);
 

@@ -14,9 +14,9 @@ namespace ballot {
 using NearestStream = Stream<ProbePoint, Nearest>;
 using InsideStream = Stream<ProbePoint, std::uint32_t>;  // 1 inside, 0 outside
 
-/// Takes the triangles within the limits of the points from number `first` on: how many each point has, and those of all
-/// points one after the other, in order of distance, at equal distance in order of prim. The spans are valid until it
-/// returns.
+/// Takes the triangles within the limits of the points from number `first` on: how many each point has, and those of
+/// all points one after the other, in order of distance, at equal distance in order of prim. The spans are valid until
+/// it returns.
 using TakeWithin =
     std::function<void(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Within> triangles)>;
 
@@ -69,16 +69,16 @@ class PointQueries {
   TraceTimes inside(const InsideStream& stream, const PointQuery& query = {});
   TraceTimes inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers, const PointQuery& query = {});
 
-  /// Finds all triangles whose distance from a point is at most its limit. A distance is the one that nearest() computes
-  /// for that triangle, bit for bit, and with its bound. Triangles without area are left out. Dead points have none;
-  /// with an infinite limit a point has all. stream.take is not called. Throws Error(Arguments) with query.exact:
+  /// Finds all triangles whose distance from a point is at most its limit. A distance is the one that nearest()
+  /// computes for that triangle, bit for bit, and with its bound. Triangles without area are left out. Dead points have
+  /// none; with an infinite limit a point has all. stream.take is not called. Throws Error(Arguments) with query.exact:
   /// distances are computed in float32. Else as nearest().
   TraceTimes within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query = {});
 
-  /// nearest() and inside() for points [0, count) of an array on the device, whose answers go to the same places of another. The
-  /// order of the points is kept: neighbours share a subgroup, so points that are near each other should be next to
-  /// each other. The host sees points and answers only with query.exact, and where the driver cuts walks short. Throw
-  /// Error(Arguments) if an array has fewer than `count` records.
+  /// nearest() and inside() for points [0, count) of an array on the device, whose answers go to the same places of
+  /// another. The order of the points is kept: neighbours share a subgroup, so points that are near each other should
+  /// be next to each other. The host sees points and answers only with query.exact, and where the driver cuts walks
+  /// short. Throw Error(Arguments) if an array has fewer than `count` records.
   TraceTimes nearest(const Buffer<ProbePoint>& points, Buffer<Nearest>& answers, std::uint64_t count,
                      const PointQuery& query = {});
   /// With query.sides: whether they are behind the nearest surface within their limit.

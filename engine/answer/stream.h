@@ -24,9 +24,9 @@ struct Stream {
   /// Writes the questions from number `first` on, which come next, to the front of `room` and returns how many. Fewer
   /// than room.size() end the stream.
   std::function<std::size_t(std::uint64_t first, std::span<Question> room)> next = {};
-  /// Takes the answers to the questions from number `first` on, which come next: Answerer::width() for each. The span is valid until the function
-  /// returns. If the device wrote the answers in place, it is the span that in_place() gave; if the driver refused that
-  /// memory, it is another.
+  /// Takes the answers to the questions from number `first` on, which come next: Answerer::width() for each. The span
+  /// is valid until the function returns. If the device wrote the answers in place, it is the span that in_place()
+  /// gave; if the driver refused that memory, it is another.
   std::function<void(std::uint64_t first, std::span<const Answer> answers)> take = {};
   /// Where questions lie in the host's memory, and where their answers belong. If `questions` is null, they come
   /// through next(). If `answers` is null, the answers have no place of their own. take() is called either way.

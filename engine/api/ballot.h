@@ -43,8 +43,8 @@ class Scene {
  public:
   /// Makes a scene of meshes, each of which lies in the world, once. Meshes and their instances are numbered from 0,
   /// and triangles through the instances. Triangles without area keep their number and are never hit. Throws
-  /// Error(BALLOT_ERROR_ARGUMENT), which names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh
-  /// is empty, or there are more than 2^31 - 1 triangles.
+  /// Error(BALLOT_ERROR_ARGUMENT), which names mesh and vertex or index, if a number is not finite, an index is out of
+  /// range, a mesh is empty, or there are more than 2^31 - 1 triangles.
   Scene(const Device& device, std::span<const Mesh> meshes, const SceneOptions& options = {})
       : Scene(device, meshes, nullptr, options) {}
   /// The same for meshes in braces.
@@ -63,7 +63,8 @@ class Scene {
       : Scene(device, std::span(meshes.begin(), meshes.size()), &instances, options) {}
 
   /// Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials: nodes of glTF and groups of
-  /// OBJ are meshes() or instances(). Throws Error(BALLOT_ERROR_WORK), which names file and place, if the file is wrong.
+  /// OBJ are meshes() or instances(). Throws Error(BALLOT_ERROR_WORK), which names file and place, if the file is
+  /// wrong.
   static Scene load(const Device& device, const std::string& path, const SceneOptions& options = {.cache = 1}) {
     BallotScene* scene = nullptr;
     check(ballot_scene_load(device.handle(), path.c_str(), &options, &scene));
@@ -74,7 +75,8 @@ class Scene {
   /// gone either way. Until then answers are those of the scene as it was. Meshes and instances are named by numbers,
   /// which stay; each is given once. A call that throws adds nothing to the edits. Scenes with animations refuse them.
   ///
-  /// add_mesh() returns the mesh's number; it has no instance yet. Throws Error(BALLOT_ERROR_ARGUMENT) as the constructor does.
+  /// add_mesh() returns the mesh's number; it has no instance yet. Throws Error(BALLOT_ERROR_ARGUMENT) as the
+  /// constructor does.
   std::uint32_t add_mesh(const Mesh& mesh) {
     std::uint32_t number = 0;
     check(ballot_scene_add_mesh(handle_.get(), &mesh, &number));
@@ -142,8 +144,8 @@ class Scene {
   }
 
   /// Moves the scene to a time of one of its animations. A time outside means the beginning or end.
-  /// SceneOptions::updates says how the tree moves. Throws Error(BALLOT_ERROR_ARGUMENT) if there is no such animation or the time is
-  /// not finite; the scene is then as it was.
+  /// SceneOptions::updates says how the tree moves. Throws Error(BALLOT_ERROR_ARGUMENT) if there is no such animation
+  /// or the time is not finite; the scene is then as it was.
   void set_time(std::size_t animation, double seconds) {
     check(ballot_scene_set_time(handle_.get(), animation, seconds));
   }
@@ -171,7 +173,8 @@ class Scene {
     return times;
   }
 
-  /// Begins a trace in the background. Jobs of a device run in their order. What the query refers to must outlive the job.
+  /// Begins a trace in the background. Jobs of a device run in their order. What the query refers to must outlive the
+  /// job.
   Job submit(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
     return submit_c(detail::rays_of(rays), results, query);
   }
@@ -191,8 +194,8 @@ class Scene {
 
   /// Finds the nearest point of the scene for each point: x y z, float or double, as a vector, a span or an array has
   /// them, or at any stride. Accuracy, ties and the inside test: ballot_query_points() in ballot_c.h. Throws
-  /// Error(BALLOT_ERROR_ARGUMENT) if what is inside is asked for and the mesh is not closed, or its triangles not wound alike where
-  /// query.sign is "pseudonormal".
+  /// Error(BALLOT_ERROR_ARGUMENT) if what is inside is asked for and the mesh is not closed, or its triangles not wound
+  /// alike where query.sign is "pseudonormal".
   Times nearest(const Column& points, const NearestResults& results, const Query& query = {}) const {
     return nearest(PointView{points}, results, query);
   }
@@ -287,7 +290,8 @@ class Scene {
     return rays;
   }
 
-  /// Renders a view, 512 x 512 unless the picture says otherwise: width * height * 4 floats, linear Rec.709 and coverage, rows from the top.
+  /// Renders a view, 512 x 512 unless the picture says otherwise: width * height * 4 floats, linear Rec.709 and
+  /// coverage, rows from the top.
   std::vector<float> render(const View& view, const Picture& picture, const Query& query = {}) const {
     Picture p = picture;
     if (!p.width) p.width = 512;

@@ -25,7 +25,8 @@ inline std::vector<DeviceInfo> devices() {
 class Device {
  public:
   /// `name`: an index, part of a name, "gpu" or "cpu"; empty: the best GPU, else a CPU device. `validate` turns on
-  /// Vulkan validation, for tests. Throws Error(BALLOT_ERROR_DEVICE), which says what each device lacks, if none is usable.
+  /// Vulkan validation, for tests. Throws Error(BALLOT_ERROR_DEVICE), which says what each device lacks, if none is
+  /// usable.
   explicit Device(const std::string& name = {}, bool validate = false) {
     const BallotDeviceOptions options{.name = name.c_str(), .validate = validate};
     BallotDevice* device = nullptr;
@@ -69,8 +70,8 @@ class Job {
 template <class T>
 class Array {
  public:
-  /// `exported`: CUDA and others can use the memory. Throws Error(BALLOT_ERROR_WORK) if the device has no room or cannot
-  /// export.
+  /// `exported`: CUDA and others can use the memory. Throws Error(BALLOT_ERROR_WORK) if the device has no room or
+  /// cannot export.
   Array(const Device& device, std::size_t count, bool exported = false) : count_(count) {
     const BallotBufferOptions options{.exported = exported};
     BallotBuffer* buffer = nullptr;

@@ -18,7 +18,8 @@ namespace ballot {
 inline namespace v1 {
 
 // Structs of the C interface: their comments there say what the members are. Those that callers fill are written as
-// {.any = 1, .method = "packet"}; what is left out has its default. What they refer to must live until the call returns.
+// {.any = 1, .method = "packet"}; what is left out has its default. What they refer to must live until the call
+// returns.
 using AnimationInfo = BallotAnimationInfo;  ///< an animation of a scene file
 using DeviceInfo = BallotDeviceInfo;        ///< a device, as devices() lists it
 using Hit = BallotHit;                      ///< a hit, 16 bytes
@@ -68,9 +69,9 @@ inline std::vector<std::string> names(BallotNames which) {
   return list;
 }
 
-/// Returns a mesh over x y z of each vertex and three indices for each triangle, of 32 or 16 bits; without them vertices
-/// 0 1 2, 3 4 5, ... are triangles. `stride`: bytes from one vertex to the next; 0: 12. `normals`: unit normal of each
-/// vertex, side by side, for pictures; none: flat. Throws Error(BALLOT_ERROR_ARGUMENT) if there are too few.
+/// Returns a mesh over x y z of each vertex and three indices for each triangle, of 32 or 16 bits; without them
+/// vertices 0 1 2, 3 4 5, ... are triangles. `stride`: bytes from one vertex to the next; 0: 12. `normals`: unit normal
+/// of each vertex, side by side, for pictures; none: flat. Throws Error(BALLOT_ERROR_ARGUMENT) if there are too few.
 inline Mesh mesh(std::span<const float> positions, std::span<const std::uint32_t> indices = {}, std::size_t stride = 0,
                  std::span<const float> normals = {}) {
   const std::size_t bytes = positions.size_bytes(), step = stride ? stride : 3 * sizeof(float);

@@ -1,7 +1,6 @@
 // Lists by the C interface: crossings of rays, and triangles near points.
 #include <algorithm>
 #include <atomic>
-#include <limits>
 #include <string_view>
 
 #include "engine/api/crossings.h"
@@ -9,8 +8,6 @@
 
 namespace ballot::api {
 namespace {
-
-constexpr Hit kMissed{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
 
 /// A query for crossings of some rays, with the memory that it refers to.
 class CrossingCall {
@@ -114,6 +111,25 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
   return clock.times(spent, out.found());
 }
 
+BallotTimes list_within(SceneState& scene, const PointArray& points, const BallotLists& lists, Watch& watch) {
+  const Clock clock;
+  ListArrays out(lists, *scene.device, "points");
+  InsideStream stream{.most = points.count()};
+  stream.next = [&](std::uint64_t first, std::span<ProbePoint> room) {
+    points.read(first, room);
+    return room.size();
+  };
+  if (watch) stream.progress = [&](std::uint64_t done) { watch(double(done) / double(points.count())); };
+  std::vector<Hit> hits;
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Within> found) {
+    hits.resize(lists.take ? found.size() : 0);
+    for (std::size_t i = 0; i < hits.size(); ++i) hits[i] = {found[i].distance, found[i].prim, 0, 0};
+    out.write(first, counts, hits);
+  };
+  const TraceTimes spent = scene.world->points().within(stream, take);
+  return clock.times(spent, out.found());
+}
+
 }  // namespace
 
 TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
@@ -123,24 +139,19 @@ TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const Ballot
       refuse(fmt::format("{} is '{}', beside first, masks, cull or alpha, which one method answers; expected none",
                          name, value));
   if (query.any && query.first) refuse("any is 1 and first is set; expected one of them");
-  const std::size_t most = std::max(query.first, 1u);
+  const std::uint32_t most = std::max(query.first, 1u);
   if (rays.count() > kMostBytes / sizeof(Hit) / most)
     refuse(fmt::format("first is {}, of {} rays; no memory holds as many hits: expected fewer than 2^47 bytes in all",
                        query.first, rays.count()));
   const RowOrder in_turn;
   CrossingCall call(scene, rays, query, in_turn);
-  call.query().most = std::uint32_t(most);
+  call.query().any = query.any != 0;
   HitArrays out(to, scene, in_turn, rays.count() * most);
-  std::vector<Hit> rows;
-  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
-    rows.assign(counts.size() * most, kMissed);
-    for (std::size_t i = 0; i < counts.size(); found = found.subspan(counts[i]), ++i) {
-      std::ranges::copy(found.first(counts[i]), rows.begin() + std::ptrdiff_t(i * most));
-      hits += counts[i] != 0;
-    }
+  const auto take = [&](std::uint64_t first, std::span<const Hit> rows) {
+    for (std::size_t i = 0; i < rows.size(); i += most) hits += rows[i].prim != NO_HIT;
     out.write(std::size_t(first) * most, rows);
   };
-  return scene.world->rays().list(call.source(watch), take, call.query());
+  return scene.world->rays().first(call.source(watch), most, take, call.query());
 }
 
 }  // namespace ballot::api
@@ -171,12 +182,10 @@ BallotStatus ballot_list_within(BallotScene* scene, const BallotPoints* points, 
     const PointArray array(read_struct(points, "BallotPoints"), true);
     const BallotLists l = read_struct(lists, "BallotLists");
     const BallotQuery q = read_query(query, kWithinKind);
-    write_struct(times, BallotTimes{}, "BallotTimes");
     Watch watch(q, *state->device, "points");
     const Watched watched(watch);
     const DeviceUse use(*state->device);
     keep_fit(*state);
-    const ListArrays out(l, *state->device, "points");
-    refuse("within: not there yet");
+    write_struct(times, list_within(*state, array, l, watch), "BallotTimes");
   });
 }

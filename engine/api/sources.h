@@ -61,8 +61,8 @@ class Columns {
   float most_;
 };
 
-/// The masks of questions: a word for each, at any stride. Keeps the caller's pointer, but not that of a mask that stands
-/// for all.
+/// The masks of questions: a word for each, at any stride. Keeps the caller's pointer, but not that of a mask that
+/// stands for all.
 class MaskColumn {
  public:
   /// Throws Refused if the description is wrong. `count`: of the questions.

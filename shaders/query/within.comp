@@ -7,8 +7,8 @@
 // order (lib/query/listing.glsl): (distance, prim).
 //
 // A distance has the bits that shaders/query/closest_point.comp computes for the triangle. It depends on point and
-// triangle alone, and no box culls a triangle whose distance is within the limit: the proof there holds for the limit in
-// the place of the best distance so far. Points that are `far` have padding here, as a list must not depend on the
+// triangle alone, and no box culls a triangle whose distance is within the limit: the proof there holds for the limit
+// in the place of the best distance so far. Points that are `far` have padding here, as a list must not depend on the
 // tree. So the list depends neither on the tree nor on the order of the walk.
 #include "../lib/frame/kernel.glsl"
 #include "../shared/query.h"

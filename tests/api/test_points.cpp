@@ -271,6 +271,44 @@ TEST_F(Points, Crossings) {
   EXPECT_EQ(ballot_list_crossings(scene.handle(), &r, &lists, nullptr, nullptr), BALLOT_ERROR_INTERRUPTED);
 }
 
+/// Nearest, any and first hits with filters are the first crossings with them.
+TEST_F(Points, FiltersOfHits) {
+  const ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
+  const ballot::Ray rays[] = {{{-9, 0, 0}, 0, {1, 0, 0}, 100}, {{-9, 9, 0}, 0, {1, 0, 0}, 100}};
+  for (const char* numeric : {"watertight", "exact"}) {
+    const ballot::Lists all = scene.crossings(rays, {.numeric = numeric, .cull = "front"});
+    EXPECT_EQ(all.offsets, (std::vector<std::int64_t>{0, 2, 2}));
+    ballot::Hit hit[2], first[6];
+    std::uint8_t blocked[2];
+    scene.trace(rays, {.hits = hit}, {.numeric = numeric, .cull = "front"});
+    scene.trace(rays, {.hits = first}, {.first = 3, .numeric = numeric, .cull = "front"});
+    scene.trace(rays, {.occluded = blocked}, {.any = true, .numeric = numeric, .cull = "front"});
+    EXPECT_EQ(hit[0].t, all.hits[0].t);
+    EXPECT_EQ(first[1].prim, all.hits[1].prim);
+    EXPECT_TRUE(blocked[0] && !blocked[1]);
+    for (const ballot::Hit& miss : {hit[1], first[2], first[3]}) {
+      EXPECT_EQ(miss.prim, ballot::kMiss);
+      EXPECT_EQ(miss.t, kFar);
+    }
+  }
+  EXPECT_THROW(scene.trace(rays, ballot::Results{}, {.sign = "parity"}), ballot::Error);
+  EXPECT_THROW(scene.crossings(rays, {.method = "packet"}), ballot::Error);
+}
+
+TEST_F(Points, Within) {
+  const ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
+  const std::vector<float> points{0, 0, 0, 0, 0, 3, NAN, 0, 0};
+  const ballot::Lists near = scene.within({.at = points, .limit = 2});
+  EXPECT_EQ(near.counts, (std::vector<std::int64_t>{12, 2, 0}));
+  EXPECT_EQ(near.offsets, (std::vector<std::int64_t>{0, 12, 14, 14}));
+  for (std::size_t i = 0; i < 12; ++i) EXPECT_EQ(near.hits[i].t, 1);
+  EXPECT_EQ(near.hits[12].t, 2);
+  EXPECT_EQ(scene.within({.at = points, .limit = 0}).hits.size(), 0u);
+  EXPECT_THROW(scene.within({.at = points, .limit = -1}), ballot::Error);
+  EXPECT_THROW(scene.within({.at = points}), ballot::Error);
+  EXPECT_THROW(scene.within({.at = points, .limit = 1}, {.numeric = "exact"}), ballot::Error);
+}
+
 TEST_F(Points, FiltersOfCrossings) {
   ballot::Scene scene(*device_, {left_.mesh(7), right_.mesh(9)});
   const ballot::Ray rays[] = {{{-9, 0, 0}, 0, {1, 0, 0}, 100}, {{-9, 0.25f, 0.5f}, 0, {1, 0, 0}, 100}};

@@ -120,8 +120,8 @@ TEST_F(RayQueriesTest, RaysWithManyCrossings) {
   expect_first(queries, rays, lists(queries, rays, {.exact = true}), {.exact = true});
 }
 
-// More crossings together than are listed at a time, lists that are longer than a row, and than those that have a place,
-// and prefix sums over several tiles of rays.
+// More crossings together than are listed at a time, lists that are longer than a row, and than those that have a
+// place, and prefix sums over several tiles of rays.
 TEST_F(RayQueriesTest, ListsAreTheSameHoweverTheyAreMade) {
   for (const int layers : {30, 500, 2000}) {
     SCOPED_TRACE(layers);

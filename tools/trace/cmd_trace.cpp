@@ -132,7 +132,7 @@ int run_crossings(TraceArgs& args) {
                              : args.all || args.rows.query().first ? CrossingsWanted::Lists
                                                                    : CrossingsWanted::Hits,
                        .query = args.crossing()};
-  if (want.as == CrossingsWanted::Hits) want.query.most = 1;
+  want.query.any = args.rows.query().any != 0;
   want.query.triangle_masks = masks;
   if (!args.masks.empty() && masks.size() != opened.world->triangle_count())
     fail(Failure::Arguments, "--masks {}: found {} masks; expected one for each of the {} triangles", args.masks,

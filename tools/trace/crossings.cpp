@@ -1,7 +1,6 @@
 #include "tools/trace/crossings.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace ballot::cli {
 
@@ -75,15 +74,11 @@ CrossingTrace first_crossings(DeviceScene& world, RayFile& file, const std::stri
   write_atomically(to, [&](OutputFile& out) {
     const std::string start = hits_start(source.count);
     out.write(start.data(), start.size());
-    std::vector<Hit> rows;
-    const auto take = [&](std::uint64_t, std::span<const std::uint32_t> counts, std::span<const Hit> hits) {
-      rows.assign(counts.size(), {std::numeric_limits<float>::infinity(), NO_HIT, 0, 0});
-      result.crossings += hits.size();
-      for (std::size_t i = 0; i < counts.size(); hits = hits.subspan(counts[i]), ++i)
-        if (counts[i]) rows[i] = hits[0];
-      out.write(rows.data(), rows.size() * sizeof(Hit));
+    const auto take = [&](std::uint64_t, std::span<const Hit> hits) {
+      for (const Hit& hit : hits) result.crossings += hit.prim != NO_HIT;
+      out.write(hits.data(), hits.size_bytes());
     };
-    result.times = world.rays().list(source, take, want.query);
+    result.times = world.rays().first(source, 1, take, want.query);
   });
   return result;
 }

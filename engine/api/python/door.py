@@ -102,7 +102,8 @@ def c_rows(door: Door) -> str:
         for r in door.rows[struct]:
             kinds = " | ".join(f"k{k.title()}" for k in r.kinds) or "kAll"
             text = r.text.replace("\\", "\\\\").replace('"', '\\"')
-            lines.append(f'    {{"{r.name}", Type::{r.type}, {r.count}, {kinds}, offsetof({struct}, {r.name}), "{text}"}},')
+            offset = f"offsetof({struct}, {r.name})"
+            lines.append(f'    {{"{r.name}", Type::{r.type}, {r.count}, {kinds}, {offset}, "{text}"}},')
         lines.append("};")
     return "\n".join([*lines, "", "}  // namespace ballot::door", ""])
 
@@ -127,7 +128,9 @@ def python_type(r: Row) -> str:
            "Float64": "float", "Chars": "str"}[r.type]  # fmt: skip
     if r.name == "knobs":
         return "Mapping[str, object] | str | None"
-    return one if r.count == 1 or r.type == "Chars" else "np.ndarray" if r.count > 3 else f"tuple[{', '.join([one] * r.count)}]"
+    if r.count == 1 or r.type == "Chars":
+        return one
+    return "np.ndarray" if r.count > 3 else f"tuple[{', '.join([one] * r.count)}]"
 
 
 def text_of(r: Row) -> str:

@@ -27,10 +27,9 @@ def load_scene(
     Scene.meshes lists the nodes of glTF that place triangles, or the groups of OBJ, else the whole; Scene.instances
     where they lie.
 
-    The tree is kept on disk unless `cache` is False. Gives a PrecisionWarning if the file lies so far from the origin that float32 rounds its
-    numbers by more than 2^-20 of the scene's size. Raises Error, which names file and place, if the file cannot be
-    read. Pickling the scene stores the path, the time that was set, and what was
-    moved.
+    The tree is kept on disk unless `cache` is False. Gives a PrecisionWarning if the file lies so far from the origin
+    that float32 rounds its numbers by more than 2^-20 of the scene's size. Raises Error, which names file and place, if
+    the file cannot be read. Pickling the scene stores the path, the time that was set, and what was moved.
     """
     scene = Scene.__new__(Scene)
     name = os.path.abspath(os.fsdecode(path))

@@ -135,7 +135,8 @@ def render(
     bounces   last path depth, 1 to 64; 0: the shading's own
     progress  called with the share done; returning False ends the call with Error (Code.INTERRUPTED)
 
-    The options method, numeric and knobs are those of Scene.trace(). Raises ValueError for values out of range; Ctrl-C ends the call.
+    The options method, numeric and knobs are those of Scene.trace(). Raises ValueError for values out of range; Ctrl-C
+    ends the call.
 
     >>> scene = ballot.Scene([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> image = ballot.render(scene, {"eye": (0, 0, 4), "target": (0, 0, 0)}, 32, 24)

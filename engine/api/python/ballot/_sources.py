@@ -144,7 +144,8 @@ def _limit(given: Any, shape: tuple[int, ...], least: bool) -> np.ndarray | None
         if least and bound >= 0:
             return np.array(bound, np.float32)
         if least or not np.float32(min(bound, _MOST)) > 0:
-            raise ValueError(f"limit is {given}; expected a distance {'of at least 0' if least else 'above 0, or None'}")
+            expected = "of at least 0" if least else "above 0, or None"
+            raise ValueError(f"limit is {given}; expected a distance {expected}")
         return np.array(bound, np.float32) if bound <= _MOST else None
     array = _array(given, "limit")
     fitted = _fitted(array, shape)

@@ -211,7 +211,7 @@ class Meshes(unittest.TestCase):
         scene = ballot.Scene(meshes=[ref.soup(2), ref.soup(2)])
         rays = ref.random_rays(6).reshape(2, 3, 6)
         for call in (scene.count_crossings, scene.crossings):
-            with self.assertRaisesRegex(ValueError, r"masks: shape is \(3, 2\); expected a number, or an array of \(2, 3\)"):
+            with self.assertRaisesRegex(ValueError, r"masks: shape is \(3, 2\); expected .* an array of \(2, 3\)"):
                 call(rays, masks=np.ones((3, 2), np.uint32))
             call(rays, masks=np.ones((2, 3), np.uint32))
         flags = ballot.Array("inside", 2)

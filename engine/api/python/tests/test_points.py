@@ -92,6 +92,33 @@ class Nearest(unittest.TestCase):
         self.assertEqual(self.scene.nearest(points[:0])["distances"].shape, (0,))
 
 
+class Within(unittest.TestCase):
+    def test_lists(self):
+        vertices, triangles = ref.soup(300)
+        scene, points = ballot.Scene(vertices, triangles), ref.random_rays(50)[:, :3]
+        near = scene.nearest(points, ("distances", "prims"))
+        lists = scene.within(points, near["distances"] * np.float32(1.5))
+        first = lists.hits[lists.offsets[:-1]]
+        self.assertTrue((lists.counts >= 1).all())
+        np.testing.assert_array_equal(first["t"], near["distances"])
+        np.testing.assert_array_equal(first["prim"], near["prims"])
+        for begin, end, limit in zip(lists.offsets, lists.offsets[1:], near["distances"] * np.float32(1.5)):
+            some = lists.hits[begin:end]
+            self.assertTrue((np.diff(some["t"]) >= 0).all() and (some["t"] <= limit).all())
+            self.assertEqual(len(set(some["prim"].tolist())), len(some))
+        everything = scene.within(points[:2], np.inf)
+        self.assertEqual(everything.counts.tolist(), [300, 300])
+        self.assertEqual(scene.within(points, [-1.0] * 50).counts.sum(), 0)
+
+    def test_wrong_arguments(self):
+        scene = ballot.Scene(*ref.soup(3))
+        for radius, error in ((-1, ValueError), (float("nan"), ValueError), (None, TypeError), ("a", TypeError)):
+            with self.assertRaisesRegex(error, "limit"):
+                scene.within([[0, 0, 0]], radius)
+        with self.assertRaisesRegex(ValueError, r"limit: shape is \(2,\)"):
+            scene.within([[0, 0, 0]] * 3, [1, 2])
+
+
 class Crossings(unittest.TestCase):
     def setUp(self):
         self.scene = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
@@ -113,6 +140,15 @@ class Crossings(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "first is 0; expected 1 to 4294967294"):
             self.scene.crossings(self.rays, first=0)
         self.assertEqual(self.scene.count_crossings(np.zeros((0, 6), np.float32)).shape, (0,))
+
+    def test_long_lists(self):
+        """A list that lies in memory of its own is that of its pieces."""
+        scene, rays = ballot.Scene(*ref.soup(300)), ref.random_rays(30000)
+        counts, hits = scene.crossings(rays)
+        self.assertGreater(hits.nbytes, 1 << 20)
+        self.assertEqual(counts.sum(), len(hits))
+        pieces = [scene.crossings(rays[first : first + 1000])[1] for first in range(0, len(rays), 1000)]
+        np.testing.assert_array_equal(hits, np.concatenate(pieces))
 
     def test_against_a_search(self):
         vertices, triangles = ref.soup(120)
