@@ -31,8 +31,7 @@ std::optional<HostWalk> HostWalk::over(Context& gpu, DeviceTree& tree, Of what, 
   walk.leaves_ = reinterpret_cast<const glm::uvec4*>(leaves);
   walk.layout_ = reads.access.layout;
   walk.root_ = tree.root();
-  walk.scene_lo_ = tree.bvh().bounds.lo;
-  walk.scene_hi_ = tree.bvh().bounds.hi;
+  walk.scene_ = tree.bvh().bounds;
   walk.box_origin_ = tree.box_origin();
   walk.shear_scale_ = tree.shear().scale;
   walk.shear_near_ = tree.shear().near;
@@ -120,7 +119,7 @@ Hit HostWalk::trace(const Ray& given, Want want) const {
   w.first = -dir[w.m1] * (w.inv * w.scale), w.second = -dir[w.m2] * (w.inv * w.scale);
   w.origin = {o[w.m1] * w.scale, o[w.m2] * w.scale, o[w.m]};
 
-  const float pad = 3.82e-6f * scene_reach(scene_lo_, scene_hi_, o);
+  const float pad = 3.82e-6f * scene_reach(scene_.lo, scene_.hi, o);
   const vec3 e = vec3(pad) + 2.5e-7f * glm::abs(from);
   const Slabs slabs{from + e, from - e, inverse};
   const bool compact = layout_ == NodeLayout::Compact;

@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <optional>
+#include <span>
 
 #include "engine/answer/kernel_arrays.h"
 #include "engine/answer/stream.h"
@@ -16,9 +17,9 @@
 namespace ballot {
 
 /// Answers single questions in mode watertight with the bits of the kernels: the arithmetic of
-/// shaders/lib/numeric/triangle_watertight.glsl and shaders/query/closest_point.comp, operation by operation, as
-/// lavapipe rounds it. Which hit is some hit (Want::Any) depends on the walk, as it does among methods. It is valid
-/// until the next generation of its tree. Thread-safe.
+/// shaders/lib/numeric/triangle_watertight.glsl, shaders/query/closest_point.comp and shaders/query/inside.comp,
+/// operation by operation, as lavapipe rounds it. Which hit is some hit (Want::Any) depends on the walk, as it does
+/// among methods. It is valid until the next generation of its tree. Thread-safe.
 class HostWalk {
  public:
   enum class Of { Rays, Points };
@@ -30,8 +31,11 @@ class HostWalk {
   static std::optional<HostWalk> over(Context& gpu, DeviceTree& tree, Of what, std::optional<NodeLayout> layout = {});
 
   Hit trace(const Ray& ray, Want want) const;
-  /// Returns the nearest point of the triangles within the point's limit, without Nearest::behind.
-  Nearest nearest(const ProbePoint& point) const;
+  /// Returns the nearest point of the triangles within the point's limit. `pseudonormals`: PSEUDONORMALS of each
+  /// triangle, for Nearest::behind, or none.
+  Nearest nearest(const ProbePoint& point, std::span<const glm::vec3> pseudonormals = {}) const;
+  /// Returns true if the ray along +x crosses an odd number of triangles; each is to be in one leaf (WholeTree).
+  bool inside(const glm::vec3& point) const;
 
  private:
   HostWalk() = default;
@@ -39,7 +43,8 @@ class HostWalk {
   const glm::uvec4 *nodes_ = nullptr, *leaves_ = nullptr;
   NodeLayout layout_ = NodeLayout::Interleaved;
   std::uint32_t root_ = END_OF_TREE;
-  glm::vec3 scene_lo_{0}, scene_hi_{0}, box_origin_{0};
+  Bounds scene_;
+  glm::vec3 box_origin_{0};
   float shear_scale_ = 0, shear_near_ = 0;
 };
 

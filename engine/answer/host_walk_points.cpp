@@ -1,7 +1,9 @@
-// The closest point by a walk of the host: shaders/query/closest_point.comp, whose names these are and which has the
-// proofs. Also the order of the walk is the kernel's, as the answers to far points depend on it.
+// Points by walks of the host: the nearest point of shaders/query/closest_point.comp and the parity of
+// shaders/query/inside.comp, whose names these are and which have the proofs. Also the order of the walk to the nearest
+// point is the kernel's, as the answers to far points depend on it.
 #include <algorithm>
 #include <cmath>
+#include <glm/vec2.hpp>
 
 #include "engine/answer/host_arithmetic.h"
 #include "engine/answer/host_walk.h"
@@ -14,7 +16,7 @@ namespace {
 
 constexpr float kFarthest = std::numeric_limits<float>::max();
 constexpr float kPointPad = 7.6294e-6f;
-constexpr float kLeastNormal = 3.155444e-30f, kLeastEdge2 = 1.972152e-31f;
+constexpr float kLeastNormal = 3.155444e-30f, kLeastEdge2 = 1.972152e-31f, kUnderflow = 7.888609e-31f;
 
 float dot_of(const vec3& a, const vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 float square(const vec3& v) { return dot_of(v, v); }
@@ -32,6 +34,14 @@ struct Probe {
   float scale, pad;
   bool far;
 
+  Probe(const vec3& point, const Bounds& scene, const vec3& box_origin) : at(point), from(point - box_origin) {
+    const float reach = scene_reach(scene.lo, scene.hi, at);
+    scale = scale_for(reach, 38);
+    scaled = at * scale;
+    far = reach > 16 * largest(scene.hi - scene.lo);
+    pad = far ? 0 : kPointPad * reach;
+  }
+
   /// Returns the squared distance, scaled, of a child's box.
   float distance2(const Bounds& box, bool centred) const {
     vec3 d;
@@ -40,6 +50,15 @@ struct Probe {
                       : larger(larger(box.lo[k] - (from[k] + pad), (from[k] - pad) - box.hi[k]), 0)) *
              scale;
     return square(d);
+  }
+  /// Returns true if the ray along +x may meet a child's box.
+  bool may_meet(const Bounds& box, bool centred) const {
+    for (const int k : {1, 2}) {
+      const float outside = centred ? std::abs(box.lo[k] - from[k]) - (box.hi[k] + pad)
+                                    : larger(box.lo[k] - (from[k] + pad), (from[k] - pad) - box.hi[k]);
+      if (!(outside <= 0)) return false;
+    }
+    return centred ? box.lo.x + (box.hi.x + pad) >= from.x - pad : box.hi.x >= from.x - 2 * pad;
   }
   float reach_of(float d2) const { return far ? float_of(bits_of(d2) - 1) : d2; }
 };
@@ -98,19 +117,47 @@ Near nearest_of(const Around& t) {
 
 struct Foot {
   vec3 at, weights;
+  std::uint32_t part;
 };
 
 Foot foot_of(const Around& t, const Near& n) {
   const float d = n.distance2;
-  Foot f{t.a, {1, 0, 0}};
-  if (square(t.b) == d) f = {t.b, {0, 1, 0}};
-  if (square(t.c) == d) f = {t.c, {0, 0, 1}};
-  if (n.ab.between && square(n.ab.foot) == d) f = {n.ab.foot, {n.ab.at_q, n.ab.at_p, 0}};
-  if (n.bc.between && square(n.bc.foot) == d) f = {n.bc.foot, {0, n.bc.at_q, n.bc.at_p}};
-  if (n.ca.between && square(n.ca.foot) == d) f = {n.ca.foot, {n.ca.at_p, 0, n.ca.at_q}};
-  if (n.inside && n.plane == d) f = {n.normal * (n.depth / n.normal2), -n.sides};
+  Foot f{t.a, {1, 0, 0}, 0};
+  if (square(t.b) == d) f = {t.b, {0, 1, 0}, 1};
+  if (square(t.c) == d) f = {t.c, {0, 0, 1}, 2};
+  if (n.ab.between && square(n.ab.foot) == d) f = {n.ab.foot, {n.ab.at_q, n.ab.at_p, 0}, PART_EDGE};
+  if (n.bc.between && square(n.bc.foot) == d) f = {n.bc.foot, {0, n.bc.at_q, n.bc.at_p}, PART_EDGE + 1};
+  if (n.ca.between && square(n.ca.foot) == d) f = {n.ca.foot, {n.ca.at_p, 0, n.ca.at_q}, PART_EDGE + 2};
+  if (n.inside && n.plane == d) f = {n.normal * (n.depth / n.normal2), -n.sides, PART_INSIDE};
   f.weights /= f.weights.x + f.weights.y + f.weights.z;
   return f;
+}
+
+bool is_behind(const Near& n, const Foot& f, const vec3* pseudonormals) {
+  return f.part == PART_INSIDE ? n.depth > 0 : dot_of(pseudonormals[f.part], f.at) > 0;
+}
+
+/// lib/query/crossing.glsl
+float side_value(const glm::vec2& p, const glm::vec2& q) { return difference_of_products(q.x, p.y, q.y, p.x); }
+int side_sign(float side, const glm::vec2& p, const glm::vec2& q) {
+  if (side != 0) return side > 0 ? 1 : -1;
+  if (p.y != q.y) return q.y > p.y ? 1 : -1;
+  return p.x > q.x ? 1 : p.x < q.x ? -1 : 0;
+}
+
+/// Returns true if the ray along +x crosses the triangle.
+bool crosses(const Probe& p, const glm::uvec4* triangle) {
+  const Triangle t = decode_triangle(triangle);
+  const vec3 v0 = t[0] * p.scale - p.scaled, v1 = t[1] * p.scale - p.scaled, v2 = t[2] * p.scale - p.scaled;
+  const glm::vec2 a{v0.y, v0.z}, b{v1.y, v1.z}, c{v2.y, v2.z};
+  const float e0 = side_value(b, c), e1 = side_value(c, a), e2 = side_value(a, b);
+  float x = e0 * v0.x + e1 * v1.x + e2 * v2.x;
+  if (std::abs(x) < kUnderflow) {
+    const float scale = scale_for(larger(larger(std::abs(e0), std::abs(e1)), std::abs(e2)), 0);
+    x = e0 * scale * v0.x + e1 * scale * v1.x + e2 * scale * v2.x;
+  }
+  const int s0 = side_sign(e0, b, c), s1 = side_sign(e1, c, a), s2 = side_sign(e2, a, b);
+  return s0 != 0 && s0 == s1 && s1 == s2 && (s0 > 0 ? x > 0 : x < 0);
 }
 
 /// The bits, as a negative denormal limit is none.
@@ -118,14 +165,11 @@ bool is_limit(float limit) { return bits_of(limit) <= 0x7F800000u || bits_of(lim
 
 }  // namespace
 
-Nearest HostWalk::nearest(const ProbePoint& point) const {
+Nearest HostWalk::nearest(const ProbePoint& point, std::span<const glm::vec3> pseudonormals) const {
   const Nearest none{{0, 0, 0}, kInfinity, NO_HIT, 0, 0, 0};
   if (!is_finite(point.at) || !is_limit(point.limit)) return none;
   const bool compact = layout_ == NodeLayout::Compact;
-  const float reach = scene_reach(scene_lo_, scene_hi_, point.at);
-  const float scale = scale_for(reach, 38);
-  const bool far = reach > 16 * largest(scene_hi_ - scene_lo_);
-  const Probe p{point.at, point.at - box_origin_, point.at * scale, scale, far ? 0 : kPointPad * reach, far};
+  const Probe p(point.at, scene_, box_origin_);
   const float limit = point.limit * p.scale;
   float best2 = smaller(limit * limit * 1.000001f, kFarthest), reach2 = best2;
   std::uint32_t prim = NO_HIT;
@@ -165,7 +209,34 @@ Nearest HostWalk::nearest(const ProbePoint& point) const {
   const Foot f = foot_of(t, n);
   const float inverse = 1 / p.scale, distance = std::sqrt(n.distance2) * inverse;
   if (!(distance <= point.limit)) return none;
-  return {p.at + f.at * inverse, distance, prim, f.weights.y, f.weights.z, 0};
+  const bool behind = !pseudonormals.empty() && is_behind(n, f, &pseudonormals[PSEUDONORMALS * std::size_t(prim)]);
+  return {p.at + f.at * inverse, distance, prim, f.weights.y, f.weights.z, behind};
+}
+
+bool HostWalk::inside(const vec3& point) const {
+  if (!is_finite(point)) return false;
+  const Probe p(point, scene_, box_origin_);
+  if (p.far) return false;
+  const bool compact = layout_ == NodeLayout::Compact;
+  bool odd = false;
+  WalkWatch watch;
+  std::uint32_t stack[kMostDepth + 1];
+  std::size_t top = 0;
+  stack[top++] = END_OF_TREE;
+  for (std::uint32_t node = root_; node != END_OF_TREE;) {
+    if (!is_leaf(node)) {
+      const Children c = compact ? centred_children(nodes_ + node) : children(nodes_ + node);
+      const bool l = p.may_meet(c.l, compact), r = p.may_meet(c.r, compact);
+      if (l && r) stack[top++] = c.right;
+      node = l ? c.left : r ? c.right : stack[--top];
+      continue;
+    }
+    watch.visit_leaf();
+    const glm::uvec4* triangle = leaves_ + leaf_texel(node) + LEAF_HEADER_TEXELS;
+    for (std::uint32_t i = 0; i < leaf_count(node); ++i) odd ^= crosses(p, triangle + i * TRIANGLE_TEXELS);
+    node = stack[--top];
+  }
+  return odd;
 }
 
 }  // namespace ballot

@@ -26,14 +26,12 @@ struct PointQueries::Parts {
   /// Return the runner of a query, prepared for the tree as it is now.
   NearestRunner& nearest(const PointQuery& query);
   InsideRunner& inside(const PointQuery& query);
+  /// Returns what inside() and lists walk, as it is now.
+  DeviceTree& whole_tree();
   /// Return what settles the answers of a query; empty unless it is to be exact.
   point_queries::Settle<Nearest> settle_nearest(const PointQuery& query);
   point_queries::Settle<std::uint32_t> settle_inside(const PointQuery& query);
   class WithinLists;
-  /// Follows the scene's tree.
-  void update_whole() {
-    if (whole.update()) plain_inside.reset(), exact_inside.reset(), within.clear();
-  }
   /// Runs shaders/query/signs.comp, of SIGNS_..., on the answers to a part of an array.
   void write_signs(int what, const RawBuffer& to, std::uint32_t first, std::uint32_t count, TraceTimes& times);
 

@@ -15,9 +15,9 @@ namespace {
 constexpr std::size_t kSettled = 256;  // points that a thread settles at a time
 // Points that the host answers, and that one thread answers alone. In the way in which kFewRays was measured, 32 points
 // took 224 us by the host and 463 by the kernel, 128 points 673 and 838, 512 points 2382 and 2827 at the median and
-// 2080 and 1502 at best.
-constexpr std::uint64_t kFewNearest = 1 << 6;
-constexpr std::size_t kPointsAlone = 1 << 3;
+// 2080 and 1502 at best. Inside tests of 1 point took 6 us and 198, of 512 points 51 and 285.
+constexpr std::uint64_t kFewNearest = 1 << 6, kFewInside = 1 << 9;
+constexpr std::size_t kPointsAlone = 1 << 3, kInsideAlone = 1 << 6;
 
 void check_room(std::size_t points, std::size_t room) {
   if (points != room) fail(Failure::Arguments, "point query: {} points, but room for {} answers", points, room);
@@ -79,10 +79,15 @@ PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuer
   return *runner;
 }
 
+DeviceTree& PointQueries::Parts::whole_tree() {
+  if (whole.update()) plain_inside.reset(), exact_inside.reset(), within.clear();
+  return whole.tree();
+}
+
 PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery& query) {
-  update_whole();
+  DeviceTree& tree = whole_tree();
   std::optional<InsideRunner>& runner = query.exact ? exact_inside : plain_inside;
-  if (!runner) runner.emplace(gpu, whole.tree(), "inside", Defines{{"BALLOT_EXACT", int(query.exact)}});
+  if (!runner) runner.emplace(gpu, tree, "inside", Defines{{"BALLOT_EXACT", int(query.exact)}});
   runner->prepare();
   return *runner;
 }
@@ -106,10 +111,13 @@ PointQueries::PointQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_un
 PointQueries::~PointQueries() = default;
 
 TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& query) {
-  if (stream.most <= kFewNearest && !query.exact && !query.sides)
-    if (const auto walk = HostWalk::over(parts_->gpu, parts_->scene, HostWalk::Of::Points))
+  if (stream.most <= kFewNearest && !query.exact)
+    if (const auto walk = HostWalk::over(parts_->gpu, parts_->scene, HostWalk::Of::Points)) {
+      std::span<const glm::vec3> sides;
+      if (query.sides) sides = parts_->pseudonormals.update(parts_->gpu, parts_->scene).all();
       return answer_here(stream, kPointsAlone, parts_->scene.walked_s(),
-                         [&](const ProbePoint& point) { return walk->nearest(point); });
+                         [&](const ProbePoint& point) { return walk->nearest(point, sides); });
+    }
   ask_interruption();
   return parts_->nearest(query).run(stream, parts_->settle_nearest(query));
 }
@@ -121,6 +129,11 @@ TraceTimes PointQueries::nearest(std::span<const ProbePoint> points, std::span<N
 }
 
 TraceTimes PointQueries::inside(const InsideStream& stream, const PointQuery& query) {
+  if (stream.most <= kFewInside && !query.exact)
+    if (const auto walk = HostWalk::over(parts_->gpu, parts_->whole_tree(), HostWalk::Of::Points))
+      return answer_here(stream, kInsideAlone, parts_->scene.walked_s(),
+                         [&](const ProbePoint& point) { return std::uint32_t(walk->inside(point.at)); });
+  ask_interruption();
   return parts_->inside(query).run(stream, parts_->settle_inside(query));
 }
 

@@ -6,7 +6,7 @@ namespace ballot {
 /// Lists of triangles, each of which lies in one leaf of the tree.
 class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
  public:
-  explicit WithinLists(Parts& parts) : parts_(parts) { parts_.update_whole(); }
+  explicit WithinLists(Parts& parts) : parts_(parts) { parts_.whole_tree(); }
 
   QueryKernel& kernel(ListForm form, bool) override {
     const std::uint32_t lists = form == ListForm::Numbers ? LISTS_NONE

@@ -197,7 +197,10 @@ bool WholeTree::update() {
   own_.reset();
   forest_.reset();
   exchanges_ = scene ? scene->exchanges() : 0;
-  if (has_splits(scene_.bvh())) scene_.bring_triangles();  // and nodes: they stay on the host
+  if (has_splits(scene_.bvh())) {
+    ask_interruption();
+    scene_.bring_triangles();  // and nodes: they stay on the host
+  }
   if (scene && has_splits(scene_.bvh())) {
     forest_ = whole_forest(*scene);
     own_ = std::make_unique<DeviceTree>(gpu_, *forest_);

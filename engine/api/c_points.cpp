@@ -10,6 +10,8 @@
 namespace ballot::api {
 namespace {
 
+constexpr std::size_t kUntold = 1 << 10;  // points of a call that tells its progress at the end alone
+
 /// Returns the ends and the triangle of an edge as text.
 std::string edge_text(const FaultyEdge& edge) {
   return fmt::format("from ({}, {}, {}) to ({}, {}, {}) of triangle {}", edge.from.x, edge.from.y, edge.from.z,
@@ -51,7 +53,7 @@ Stream<ProbePoint, Answer> stream_of(const PointArray& points, Out& out, Watch& 
     return room.size();
   };
   stream.take = [&out](std::uint64_t first, std::span<const Answer> answers) { out.write(first, answers); };
-  if (watch)
+  if (watch && (end == 1 || points.count() > kUntold))
     stream.progress = [&watch, begin, part = end - begin, count = points.count()](std::uint64_t done) {
       watch(begin + part * (double(done) / double(count)));
     };

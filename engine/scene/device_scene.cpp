@@ -2,6 +2,7 @@
 #include <glm/matrix.hpp>
 
 #include "ballot_commit.h"
+#include "engine/core/interruption.h"
 #include "engine/core/stopwatch.h"
 #include "engine/model/digest.h"
 #include "engine/model/instances.h"
@@ -171,9 +172,11 @@ RayQueries& DeviceScene::rays() {
 }
 
 const Topology& DeviceScene::topology() {
-  late_.bring();
-  if (!topology_)
+  if (!topology_) {
+    ask_interruption();
+    late_.bring();
     topology_ = std::make_unique<Topology>(forest_ ? topology_of(*forest_) : topology_of(scene().triangles));
+  }
   return *topology_;
 }
 

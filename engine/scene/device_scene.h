@@ -145,7 +145,7 @@ class DeviceScene {
   PointQueries& points();
   RayQueries& rays();
   /// Returns the topology of the scene's triangles; of a scene with instances that of their meshes, each by itself. It
-  /// is found on first use.
+  /// is found on first use, for which the caller is asked first (ask_interruption()).
   const Topology& topology();
 
   /// Traces a batch of rays and writes, at the same index, the hit of each.

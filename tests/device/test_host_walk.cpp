@@ -65,6 +65,8 @@ std::vector<ProbePoint> probes_about(const shapes::Triangles& triangles, const B
   return points;
 }
 
+constexpr std::size_t kFew = 16;  // points that the host answers
+
 class HostWalks : public DeviceTest, public testing::WithParamInterface<SceneCase> {
  protected:
   void SetUp() override {
@@ -124,6 +126,28 @@ TEST_P(HostWalks, FindTheNearestPointsOfTheKernelsBitForBit) {
   EXPECT_TRUE(std::memcmp(few.data(), found.data(), 20 * sizeof(Nearest)) == 0);
 }
 
+TEST_P(HostWalks, FindTheSidesOfTheKernelsBitForBit) {
+  const auto t = make(*gpu_, GetParam().make());
+  PointQueries queries(*gpu_, t->tracer->tree());
+  const PointQuery sides{.sides = true};
+  const std::vector<ProbePoint> points = probes_about(t->triangles, t->bvh.bounds);
+  std::vector<Nearest> found(points.size()), few(kFew);
+  std::vector<std::uint32_t> inside(points.size()), few_inside(kFew);
+  gpu_->set_answers_few(false);
+  queries.nearest(points, found, sides);
+  queries.inside(points, inside);
+  gpu_->set_answers_few(true);
+  for (std::size_t i = 0; i + kFew <= points.size(); i += kFew) {
+    const auto some = std::span(points).subspan(i, kFew);
+    EXPECT_EQ(queries.nearest(some, few, sides).dispatches, 0u);
+    EXPECT_EQ(queries.inside(some, few_inside).dispatches, 0u);
+    for (std::size_t k = 0; k < kFew; ++k) {
+      ASSERT_TRUE(same(few[k], found[i + k])) << i + k << ": " << few[k].behind << ", not " << found[i + k].behind;
+      ASSERT_EQ(few_inside[k], inside[i + k]) << i + k;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, HostWalks, testing::ValuesIn(kScenes), [](const auto& p) { return p.param.name; });
 INSTANTIATE_TEST_SUITE_P(Scaled, HostWalks, testing::ValuesIn(kFarSmallLarge),
                          [](const auto& p) { return p.param.name; });
@@ -137,7 +161,10 @@ TEST_F(HostWalks, FindTheNearestPointsInEveryLayout) {
   const auto a = HostWalk::over(*gpu_, t->tracer->tree(), HostWalk::Of::Points, NodeLayout::Interleaved),
              b = HostWalk::over(*gpu_, t->tracer->tree(), HostWalk::Of::Points, NodeLayout::Compact);
   ASSERT_TRUE(a && b);
-  for (const ProbePoint& p : points) EXPECT_TRUE(same(a->nearest(p), b->nearest(p)));
+  for (const ProbePoint& p : points) {
+    EXPECT_TRUE(same(a->nearest(p), b->nearest(p)));
+    EXPECT_EQ(a->inside(p.at), b->inside(p.at));
+  }
 }
 
 TEST_F(HostWalks, AnswerWhatIsFewAlone) {
