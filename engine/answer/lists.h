@@ -47,8 +47,8 @@ class ListKind {
   virtual bool has_rest() const { return true; }
   /// Returns the most records of a list that are wanted: the first ones.
   virtual std::uint32_t most() const { return ~0u; }
-  /// Returns a kernel with all bound that it reads besides questions and masks. Rest: has the masks that were bound
-  /// last.
+  /// Returns a kernel with all bound that it reads besides questions and masks. Rest: the masks that were bound last
+  /// are bound too.
   virtual QueryKernel& kernel(ListForm form, bool pieces) = 0;
   virtual std::vector<TreePiece> pieces(std::uint64_t limit) = 0;
   virtual TreePiece whole() = 0;

@@ -9,20 +9,16 @@ class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
   explicit WithinLists(Parts& parts) : parts_(parts) { parts_.whole_tree(); }
 
   QueryKernel& kernel(ListForm form, bool) override {
-    const std::uint32_t lists = form == ListForm::Numbers ? LISTS_NONE
-                                : form == ListForm::Rows  ? LISTS_ROWS
-                                                          : LISTS_PLACES;
+    const std::uint32_t kind = form == ListForm::Numbers ? LISTS_NONE
+                               : form == ListForm::Rows  ? LISTS_ROWS
+                                                         : LISTS_PLACES;
     const std::uint32_t records = form == ListForm::Rows || form == ListForm::Rest ? row() : 0;
+    const SpecConstants constants = kind ? SpecConstants{{SPEC_ROW, records}} : SpecConstants{};
     DeviceTree& tree = parts_.whole.tree();
-    const auto make = [&]() -> QueryKernel& {
-      const SpecConstants constants = lists ? SpecConstants{{SPEC_ROW, records}} : SpecConstants{};
-      return parts_.within
-          .try_emplace({lists, records}, parts_.gpu, tree, "within", Defines{{"BALLOT_LISTS", int(lists)}}, false,
-                       constants)
-          .first->second;
-    };
-    const auto found = parts_.within.find({lists, records});
-    QueryKernel& kernel = found != parts_.within.end() ? found->second : make();
+    QueryKernel& kernel = parts_.within
+                              .try_emplace({kind, records}, parts_.gpu, tree, "within",
+                                           Defines{{"BALLOT_LISTS", int(kind)}}, false, constants)
+                              .first->second;
     kernel.prepare();
     if (tree.forest()) {
       parts_.whole_instances.update(parts_.gpu, tree, kernel.fetch());
