@@ -83,7 +83,8 @@ class RayQueries::Parts::FirstAnswerer : public Answerer<Ray, Hit> {
   FirstAnswerer(Parts& parts, Crossings& crossings)
       : parts_(parts), crossings_(crossings), lists_(parts.gpu, crossings, parts.rooms) {}
   std::size_t most() const override {
-    return std::min<std::size_t>(lists_.most(), kChunk / std::bit_ceil(crossings_.row()));
+    return std::min<std::size_t>(crossings_.kernel(ListForm::Rows, false).most(),
+                                 kChunk / std::bit_ceil(crossings_.row()));
   }
   std::size_t width() const override { return crossings_.row(); }
   void arrange(std::span<Ray> rays) override {
