@@ -55,12 +55,15 @@ class ListArrays {
     if (to_.offsets) to_.offsets[0] = 0;
   }
   void write(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits) {
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-      found_ += counts[i] != 0;
-      sum_ += counts[i];
-      if (to_.counts) to_.counts[first + i] = counts[i];
-      if (to_.offsets) to_.offsets[first + i + 1] = sum_;
-    }
+    std::atomic<std::uint64_t> found{0};
+    for_chunks(counts.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+      std::uint64_t some = 0;
+      for (std::size_t i = begin; i < end; ++i) some += counts[i] != 0;
+      found += some;
+      if (to_.counts) std::copy(counts.begin() + begin, counts.begin() + end, to_.counts + first + begin);
+    });
+    found_ += found;
+    for (std::size_t i = 0; to_.offsets && i < counts.size(); ++i) to_.offsets[first + i + 1] = sum_ += counts[i];
     if (!to_.take) return;
     const InCallback mark(device_);
     if (to_.take(to_.user, first, counts.size(), counts.data(), reinterpret_cast<const BallotHit*>(hits.data())))
@@ -123,7 +126,9 @@ BallotTimes list_within(SceneState& scene, const PointArray& points, const Ballo
   std::vector<Hit> hits;
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Within> found) {
     hits.resize(lists.take ? found.size() : 0);
-    for (std::size_t i = 0; i < hits.size(); ++i) hits[i] = {found[i].distance, found[i].prim, 0, 0};
+    for_chunks(hits.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) hits[i] = {found[i].distance, found[i].prim, 0, 0};
+    });
     out.write(first, counts, hits);
   };
   const TraceTimes spent = scene.world->points().within(stream, take);

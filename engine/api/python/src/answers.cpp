@@ -12,12 +12,12 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Query = Options<BallotQuery>;
 
-Query query_of(const nb::dict& options) { return {options, door::kQueryRows}; }
+Query query_of(const ObjectDict& options) { return {options, door::kQueryRows}; }
 
 /// Runs call(scene, query, times), which asks the library, as a task, and returns the times. The call has to own what
 /// it uses.
 template <class Call>
-nb::tuple answered(const SceneObject& self, nb::object progress, const Query& query, bool short_, Call call) {
+Objects answered(const SceneObject& self, nb::object progress, const Query& query, bool short_, Call call) {
   const Times times = watched(
       self.use(), std::move(progress),
       [=](const Scene& s, Watch& watch) {
@@ -32,8 +32,8 @@ nb::tuple answered(const SceneObject& self, nb::object progress, const Query& qu
 }
 
 /// `first`: the hits of each ray that there is room for.
-nb::tuple trace(const SceneObject& self, const Objects& source, const nb::dict& columns, const nb::dict& options,
-                nb::object progress) {
+Objects trace(const SceneObject& self, const Objects& source, const ObjectDict& columns, const ObjectDict& options,
+              nb::object progress) {
   const Source from(source);
   const Query query = query_of(options);
   const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max(query.c.first, 1u));
@@ -43,8 +43,8 @@ nb::tuple trace(const SceneObject& self, const Objects& source, const nb::dict& 
   });
 }
 
-nb::tuple nearest(const SceneObject& self, const Objects& source, const nb::dict& columns, const nb::dict& options,
-                  nb::object progress) {
+Objects nearest(const SceneObject& self, const Objects& source, const ObjectDict& columns, const ObjectDict& options,
+                nb::object progress) {
   const Source from(source);
   const Columns<BallotNearest> to(columns, door::kNearestRows, from.count());
   return answered(self, std::move(progress), query_of(options), from.count() <= kFew,
@@ -66,7 +66,7 @@ struct Listed {
     for (std::size_t i = 0; i < questions; ++i) total += counts[i];
     const std::size_t more = total * sizeof(BallotHit);
     self.block.make_room(self.bytes + more, self.bytes);
-    if (more) std::memcpy(static_cast<std::byte*>(self.block.data()) + self.bytes, hits, more);
+    copy_memory(static_cast<std::byte*>(self.block.data()) + self.bytes, hits, more);
     self.bytes += more;
     return 0;
   }
@@ -84,7 +84,7 @@ using Counts = nb::ndarray<std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::
 /// Writes the counts and returns (numbers of the hits, times). `near`: of points the triangles within their limit; else
 /// the crossings of rays. Without `lists` they are only counted.
 Objects list(const SceneObject& self, const Objects& source, bool near, bool lists, const Counts& counts,
-             const nb::dict& options, nb::object progress) {
+             const ObjectDict& options, nb::object progress) {
   const Source from(source);
   if (counts.size() != from.count())
     throw Error(BALLOT_ERROR_ARGUMENT,
@@ -109,7 +109,7 @@ struct JobObject : Kept<Job> {
   JobObject(std::shared_ptr<Job> job, nb::object arrays) : Kept("job", std::move(job), std::move(arrays)) {}
 };
 
-JobObject submit(const SceneObject& self, const Objects& source, const nb::dict& columns, const nb::dict& options,
+JobObject submit(const SceneObject& self, const Objects& source, const ObjectDict& columns, const ObjectDict& options,
                  nb::object arrays) {
   const Source from(source);
   const Query query = query_of(options);
@@ -124,7 +124,7 @@ JobObject submit(const SceneObject& self, const Objects& source, const nb::dict&
 }
 
 /// Waits in short naps, so that Ctrl-C is noticed: a call that waits for the end returns to Python only then.
-nb::tuple wait(const JobObject& self) {
+Objects wait(const JobObject& self) {
   const auto begin = Clock::now();
   while (!without_gil(self.use(), [&](const Job& job) {
     if (job.poll()) return true;
@@ -136,16 +136,16 @@ nb::tuple wait(const JobObject& self) {
   return tuple_of(&times, door::kTimesRows);
 }
 
-nb::tuple trace_arrays(const SceneObject& self, const ArrayObject& rays, const ArrayObject& hits, std::uint64_t count,
-                       const nb::dict& options) {
+Objects trace_arrays(const SceneObject& self, const ArrayObject& rays, const ArrayObject& hits, std::uint64_t count,
+                     const ObjectDict& options) {
   return answered(self, nb::none(), query_of(options), false,
                   [=, from = rays.use(), to = hits.use()](auto* scene, auto* asked, auto* times) {
                     return ballot_trace_buffers(scene, from->get(), to->get(), count, asked, times);
                   });
 }
 
-nb::tuple query_point_arrays(const SceneObject& self, const ArrayObject& points, const ArrayObject& answers,
-                             std::uint64_t count, const nb::dict& options) {
+Objects query_point_arrays(const SceneObject& self, const ArrayObject& points, const ArrayObject& answers,
+                           std::uint64_t count, const ObjectDict& options) {
   return answered(self, nb::none(), query_of(options), false,
                   [=, from = points.use(), to = answers.use()](auto* scene, auto* asked, auto* times) {
                     return ballot_query_point_buffers(scene, from->get(), to->get(), count, asked, times);

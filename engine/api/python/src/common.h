@@ -26,6 +26,11 @@ namespace ballot::python {
 
 namespace nb = nanobind;
 
+/// Tuples, lists and dicts of objects, as the stub of the extension names them.
+using Objects = nb::typed<nb::tuple, nb::any, nb::ellipsis>;
+using ObjectList = nb::typed<nb::list, nb::any>;
+using ObjectDict = nb::typed<nb::dict, std::string, nb::any>;
+
 struct Task;
 class Worker;
 
@@ -194,6 +199,9 @@ struct ArrayObject : Kept<Buffer> {
   std::uint64_t count;
 };
 
+/// Copies memory, much of it by several threads: one takes longer than a device does to fill it.
+void copy_memory(std::byte* to, const void* from, std::size_t bytes);
+
 /// Memory of a large result (memory.cpp), which is kept for others once it is let go of. Thread-safe, but for one
 /// block.
 class ResultBlock {
@@ -224,10 +232,6 @@ void bind_scenes(nb::module_& m);
 void bind_pictures(nb::class_<SceneObject>& scene);
 void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene);
 void bind_arrays(nb::module_& m);
-
-/// Tuples and lists of objects, as the stub of the extension names them.
-using Objects = nb::typed<nb::tuple, nb::any, nb::ellipsis>;
-using ObjectList = nb::typed<nb::list, nb::any>;
 
 /// Returns an array of NumPy that owns `data`.
 template <class T>

@@ -50,10 +50,10 @@ nb::object value_of(const void* from, const door::Row& row) {
 
 }  // namespace
 
-nb::tuple tuple_of(const void* from, Rows rows) {
+Objects tuple_of(const void* from, Rows rows) {
   nb::list all;
   for (const door::Row& row : rows) all.append(value_of(from, row));
-  return nb::tuple(all);
+  return nb::borrow<Objects>(nb::tuple(all));
 }
 
 template <class Struct>

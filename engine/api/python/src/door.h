@@ -12,7 +12,7 @@ namespace ballot::python {
 using Rows = std::span<const door::Row>;
 
 /// The numbers of a struct as Python gets them: texts, numbers, tuples of three, arrays of more.
-nb::tuple tuple_of(const void* from, Rows rows);
+Objects tuple_of(const void* from, Rows rows);
 
 /// A struct of the C interface that Python's options have filled, by name and of the right types: ballot/_query.py
 /// checks them. Copies share the texts.

@@ -11,6 +11,8 @@
 
 #include "common.h"
 
+#include <thread>
+
 namespace ballot::python {
 
 namespace {
@@ -71,10 +73,22 @@ ResultBlock::~ResultBlock() {
   if (data_) memory().give(data_, size_);
 }
 
+void copy_memory(std::byte* to, const void* from, std::size_t bytes) {
+  constexpr std::size_t kPart = 1 << 21, kMostThreads = 8;
+  const std::size_t threads = std::min({bytes / kPart, kMostThreads, std::size_t(std::thread::hardware_concurrency())});
+  const std::size_t part = threads ? bytes / threads : 0;
+  std::vector<std::jthread> others;
+  for (std::size_t i = 1; i < threads; ++i)
+    others.emplace_back([=] { std::memcpy(to + i * part, static_cast<const std::byte*>(from) + i * part, part); });
+  const std::size_t rest = threads * part;
+  std::memcpy(to, from, threads ? part : 0);
+  if (bytes > rest) std::memcpy(to + rest, static_cast<const std::byte*>(from) + rest, bytes - rest);
+}
+
 void ResultBlock::make_room(std::size_t bytes, std::size_t used) {
   if (bytes <= size_) return;
   ResultBlock larger(std::max(bytes, 2 * size_));
-  if (used) std::memcpy(larger.data_, data_, used);
+  copy_memory(static_cast<std::byte*>(larger.data_), data_, used);
   std::swap(data_, larger.data_), std::swap(size_, larger.size_);
 }
 

@@ -32,7 +32,7 @@ auto make_rays(const SceneObject& self, const ViewTuple& view, const std::string
 using PictureTuple =
     std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::string, std::string, std::int32_t, std::uint32_t>;
 
-auto render(const SceneObject& self, const ViewTuple& view, const PictureTuple& given, const nb::dict& options,
+auto render(const SceneObject& self, const ViewTuple& view, const PictureTuple& given, const ObjectDict& options,
             nb::object progress) {
   std::vector<float> rgba =
       watched(self.use(), std::move(progress),

@@ -80,7 +80,7 @@ using SceneSettings = Options<BallotSceneOptions>;
 
 /// `instances`: as InstanceArrays has them; None: each mesh lies in the world, once.
 void make_scene(SceneObject* self, const DeviceObject& device, const ObjectList& meshes, const nb::object& instances,
-                const nb::dict& options) {
+                const ObjectDict& options) {
   std::optional<InstanceArrays> placed;
   if (!instances.is_none()) placed.emplace(nb::cast<nb::tuple>(instances));
   const auto call = [=, arrays = arrays_of(meshes), how = SceneSettings(options, door::kSceneRows)](const Device& d,
@@ -95,7 +95,7 @@ void make_scene(SceneObject* self, const DeviceObject& device, const ObjectList&
 }
 
 /// `path`: as the system has it, in any encoding.
-void load_scene(SceneObject* self, const DeviceObject& device, const nb::bytes& path, const nb::dict& options) {
+void load_scene(SceneObject* self, const DeviceObject& device, const nb::bytes& path, const ObjectDict& options) {
   const auto call = [name = std::string(path.c_str(), path.size()), how = SceneSettings(options, door::kSceneRows)](
                         const Device& d, Watch& watch) {
     BallotSceneOptions given = how.c;
