@@ -45,8 +45,8 @@
 #define BALLOT_API __attribute__((visibility("default"))) /* what the library exports */
 #endif
 
-/* What structs are made of. In C++ they begin with their size and with zeros by themselves, a text may be a std::string,
- * and a function that is told of progress any that has a name: bool(double), false ends the call. */
+/* What structs are made of. In C++ they begin with their size and with zeros by themselves, a text may be a
+ * std::string, and a function that is told of progress any that has a name: bool(double), false ends the call. */
 #ifdef __cplusplus
 #define BALLOT_SIZE(T) size_t size = sizeof(T)
 #define BALLOT_ZERO = {}

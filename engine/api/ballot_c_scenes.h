@@ -40,11 +40,11 @@ typedef struct BallotSceneOptions {
   double expected_rays BALLOT_ZERO; /* hint for builder "auto": rays that will be traced in all; 0: unknown */
   BallotBool allow_outside
       BALLOT_ZERO; /* Of files: 1: it may name buffers, images and materials outside of its folder */
-  /* Of files: meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation moves as a
-   * whole. "copy": each use is a moved copy. NULL or "auto": kept where that saves 4 million triangles and half of the
-   * scene's, or where copies would not fit into memory. Copied all the same are meshes whose instances, which take the
-   * memory of 4 triangles each, would not save half of them, and all meshes of files that deform some over time. Hits
-   * are the same but for rounding. */
+  /* Of files: meshes that a glTF file uses several times. "keep": each is there once, as are meshes that an animation
+   * moves as a whole. "copy": each use is a moved copy. NULL or "auto": kept where that saves 4 million triangles and
+   * half of the scene's, or where copies would not fit into memory. Copied all the same are meshes whose instances,
+   * which take the memory of 4 triangles each, would not save half of them, and all meshes of files that deform some
+   * over time. Hits are the same but for rounding. */
   BallotText instances BALLOT_ZERO;
   /* which meshes lie in one tree. "auto": those that the scene is made with, unless instances are given or files keep
    * them once. "merge": those that are placed once, by the identity. "separate": none, so each can move by itself at

@@ -81,10 +81,10 @@ def ray_calls(device, scene, rays) -> dict:
         "submit": lambda: scene.submit(rays).wait(),
         "arrays": lambda: through_arrays(device, scene, scene_rays(rays), "rays", "hits"),
         "counts": lambda: scene.count_crossings(rays),
-        "counts by masks": lambda: scene.count_crossings(rays, ray_masks=masks, cull="back"),
+        "counts by masks": lambda: scene.count_crossings(rays, masks=masks, cull="back"),
         "crossings": lambda: scene.crossings(rays),
         "first crossings": lambda: scene.crossings(rays, first=2, cull="front"),
-        "crossings by masks": lambda: scene.crossings(wide, ray_masks=masks, numeric="exact"),
+        "crossings by masks": lambda: scene.crossings(wide, masks=masks, numeric="exact"),
     }
 
 
