@@ -110,10 +110,10 @@ class RayQueries::Parts::FirstAnswerer : public Answerer<Ray, Hit> {
  private:
   /// Answers the rays that the driver cut short.
   void finish(const Chunk<Ray, Hit>& chunk, std::span<const std::uint32_t> masks, TraceTimes& times) {
-    std::vector<std::uint32_t> numbers(chunk.here.size());
-    parts_.numbers->download(numbers);
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      if (numbers[i] != UNFINISHED) continue;
+    std::vector<std::uint32_t> found(chunk.here.size());
+    parts_.numbers->download(found);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (found[i] != UNFINISHED) continue;
       RayPart one;
       one.add(chunk.here, masks, i);
       std::vector<Hit> hits = lists_.list_in_pieces(one);

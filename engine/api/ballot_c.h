@@ -86,8 +86,8 @@ typedef const char* BallotText; /* that the caller keeps until the call returns 
 
 /* A function that is told the share that is done; NULL: none. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. */
 typedef struct BallotProgress {
-  int (*call)(void* user, double done);
-  void* user;
+  int (*call)(void* user, double done); /* the function */
+  void* user;                           /* given to it */
 } BallotProgress;
 #endif
 

@@ -96,11 +96,13 @@ inline Mesh mesh(std::span<const float> positions, std::span<const std::uint16_t
 }
 
 namespace detail {
+/// Returns how many matrices there are.
 inline std::size_t matrices(std::span<const float> transforms, std::size_t stride) {
   if (stride == 0) stride = 12 * sizeof(float);
   const std::size_t bytes = transforms.size_bytes();
   return bytes < 12 * sizeof(float) ? 0 : (bytes - 12 * sizeof(float)) / stride + 1;
 }
+/// Throws Error(BALLOT_ERROR_ARGUMENT) unless there are as many.
 inline void check_as_many(const char* what, std::size_t found, const char* of, std::size_t expected) {
   if (found != expected)
     throw Error(BALLOT_ERROR_ARGUMENT, "instances: " + std::to_string(found) + " " + what + ", but " +

@@ -60,8 +60,8 @@ def main() -> None:
     expect("files of the component runtime", runtime, ["LICENSE", "NOTICE", "libballot.so.1", "libballot.so.1.0.0"])
     run(["cmake", "--install", build, "--prefix", prefix, "--component", "development"])
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
-    expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_c_answers.h", "ballot_c_scenes.h", "ballot_views.h",
-                               "ballot_device.h", "ballot_types.h"])
+    expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_c_answers.h", "ballot_c_scenes.h", "ballot_device.h",
+                               "ballot_types.h", "ballot_views.h"])
 
     library = next(prefix.rglob("libballot.so"))
     symbols = run(["nm", "-D", "--defined-only", library]).split("\n")

@@ -1,7 +1,10 @@
 #include "tools/program/option_rows.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <regex>
+#include <string_view>
 
 #include "generated/door_rows.h"
 
@@ -9,16 +12,24 @@ namespace ballot::cli {
 
 namespace {
 
-/// Returns the text of a row as help has it: the default in brackets.
+/// Returns the text of a row as help has it: the default in brackets, and what follows the first sentence indented, as
+/// --help leaves that out.
 std::string help_of(const door::Row& row) {
   std::string text = std::regex_replace(row.text, std::regex("[;.] NULL: \"([a-z]+)\""), " [$1]");
   text = std::regex_replace(text, std::regex("^1: "), "");
-  constexpr std::size_t kWidth = 104;
-  for (std::size_t begin = 0, end; text.size() - begin > kWidth; begin = end + 1) {
-    end = text.rfind(' ', begin + kWidth);
-    text[end] = '\n';
-  }
-  return text;
+  std::string help;
+  const auto add = [&help](std::string_view words, const char* indent) {
+    constexpr std::size_t kWidth = 102;
+    while (!words.empty()) {
+      const std::size_t end = words.size() <= kWidth ? words.size() : words.rfind(' ', kWidth);
+      help += fmt::format("{}{}{}", help.empty() ? "" : "\n", indent, words.substr(0, end));
+      words.remove_prefix(std::min(words.size(), end + 1));
+    }
+  };
+  const std::size_t first = std::min(text.find(". "), text.size());
+  add(std::string_view(text).substr(0, first), "");
+  add(std::string_view(text).substr(std::min(text.size(), first + 2)), " ");
+  return help;
 }
 
 }  // namespace

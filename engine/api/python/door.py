@@ -150,15 +150,15 @@ def fields(name: str, kind: str, text: str, rows: list[Row]) -> list[str]:
     return lines
 
 
-def table(rows: list[tuple[str, str]], indent: int = 8) -> str:
+def table(rows: list[tuple[str, str]]) -> str:
     """Returns names with their texts, for a docstring."""
     width = max(len(name) for name, _ in rows) + 2
-    room = 120 - indent - width
+    room = 112 - width
     lines = []
     for name, text in rows:
         first, *rest = textwrap.wrap(text, room, break_on_hyphens=False)
         lines += [f"{name:{width}}{first}", *(" " * width + line for line in rest)]
-    return f"\n{' ' * indent}".join(lines)
+    return "\n".join(lines)
 
 
 def python(door: Door) -> str:
@@ -167,7 +167,7 @@ def python(door: Door) -> str:
     of["scenes"] = [r for r in door.rows["BallotSceneOptions"] if not r.kinds]
     of["files"] = door.rows["BallotSceneOptions"]
     lines = ['"""What the C interface says: options, columns, infos and error codes. Made by door.py."""', "",
-             "from __future__ import annotations", "", "import enum", "from collections.abc import Callable, Mapping",
+             "from __future__ import annotations", "", "import enum", "import re", "from collections.abc import Callable, Mapping",
              "from typing import NamedTuple, TypedDict", "", "import numpy as np", "", "",
              "class Code(enum.IntEnum):", '    """The kind of a failure, Error.code."""', ""]  # fmt: skip
     for name, number, text in door.codes:
@@ -207,7 +207,8 @@ def python(door: Door) -> str:
               '    """Puts the texts of options and columns where a docstring names them: {hits_options}."""',
               "    text = function.__doc__ or \"\"",
               "    for name, words in _TEXTS.items():",
-              '        text = text.replace("{" + name + "}", words)',
+              '        rows = words.replace("\\n", "\\n{0}")',
+              '        text = re.sub(r"^( *)\\{" + name + r"\\}", lambda at: at[1] + rows.replace("{0}", at[1]), text, flags=re.M)',
               "    function.__doc__ = text", "    return function", ""]  # fmt: skip
     text = "\n".join(lines)
     return text.replace("import NamedTuple, TypedDict\n", "import NamedTuple, TypedDict, TypeVar\n").replace(
