@@ -92,7 +92,11 @@ struct Staging {
 };
 
 RawBuffer::RawBuffer(Context& gpu, std::uint64_t bytes, Access access, std::string name)
-    : gpu_(&gpu), bytes_(std::max<std::uint64_t>(16, bytes)), id_(gpu.next_buffer_id()), name_(std::move(name)) {
+    : gpu_(&gpu),
+      bytes_(std::max<std::uint64_t>(16, bytes)),
+      id_(gpu.next_buffer_id()),
+      access_(access),
+      name_(std::move(name)) {
   check_limits(gpu.info(), name_, bytes_, access);
   if (has(access, Access::Exported) && !gpu.info().memory_fd)
     fail(Failure::Work, "buffer '{}': {} ({}) cannot share its memory with other interfaces: it lacks {}", name_,
@@ -119,8 +123,8 @@ void RawBuffer::allocate(Access access) {
   VkExternalMemoryBufferCreateInfo external{};
   external.sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO;
   external.handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
-  exported_ = has(access, Access::Exported);
-  if (exported_) create.pNext = &external;
+  const bool is_exported = has(access, Access::Exported);
+  if (is_exported) create.pNext = &external;
   vk_check(gpu_->vk().CreateBuffer(gpu_->device(), &create, nullptr, &buffer_), "creating buffer", name_.c_str());
   VkMemoryRequirements needs;
   gpu_->vk().GetBufferMemoryRequirements(gpu_->device(), buffer_, &needs);
@@ -136,7 +140,7 @@ void RawBuffer::allocate(Access access) {
   exported.sType = VK_STRUCTURE_TYPE_EXPORT_MEMORY_ALLOCATE_INFO;
   exported.handleTypes = external.handleTypes;
   if (has(access, Access::Address)) allocate.pNext = &flags;
-  if (exported_) exported.pNext = allocate.pNext, allocate.pNext = &exported;
+  if (is_exported) exported.pNext = allocate.pNext, allocate.pNext = &exported;
   allocate.allocationSize = needs.size;
   allocate.memoryTypeIndex =
       hosted ? gpu_->memory_type(needs.memoryTypeBits, host, VK_MEMORY_PROPERTY_HOST_CACHED_BIT)
@@ -195,7 +199,7 @@ RawBuffer& RawBuffer::operator=(RawBuffer&& other) noexcept {
   std::swap(offset_, other.offset_);
   std::swap(id_, other.id_);
   std::swap(allocated_, other.allocated_);
-  std::swap(exported_, other.exported_);
+  std::swap(access_, other.access_);
   std::swap(name_, other.name_);
   std::swap(buffer_, other.buffer_);
   std::swap(memory_, other.memory_);
@@ -206,7 +210,7 @@ RawBuffer& RawBuffer::operator=(RawBuffer&& other) noexcept {
 }
 
 int RawBuffer::export_fd() const {
-  if (!exported_) fail(Failure::Arguments, "buffer '{}' was not made to be exported", name_);
+  if (!has(access_, Access::Exported)) fail(Failure::Arguments, "buffer '{}' was not made to be exported", name_);
   VkMemoryGetFdInfoKHR get{};
   get.sType = VK_STRUCTURE_TYPE_MEMORY_GET_FD_INFO_KHR;
   get.memory = memory_;

@@ -62,6 +62,10 @@ class RawBuffer {
   /// Returns the bytes of the memory behind the buffer, which begins at its start.
   std::uint64_t allocated_bytes() const { return allocated_; }
 
+  /// Returns the context that the buffer was made in; null if it was moved to another RawBuffer.
+  const Context* context() const { return gpu_; }
+  /// Returns the access that the buffer was made with; of memory of the host: Storage.
+  Access access() const { return access_; }
   std::uint64_t bytes() const { return bytes_; }
   const std::string& name() const { return name_; }
   VkBuffer handle() const { return buffer_; }
@@ -83,7 +87,7 @@ class RawBuffer {
 
   Context* gpu_ = nullptr;
   std::uint64_t bytes_ = 0, offset_ = 0, id_ = 0, allocated_ = 0;
-  bool exported_ = false;
+  Access access_ = Access::Storage;
   std::string name_;
   VkBuffer buffer_ = VK_NULL_HANDLE;
   VkDeviceMemory memory_ = VK_NULL_HANDLE;

@@ -7,15 +7,15 @@
 
 namespace ballot {
 
-void check_vertices(std::span<const glm::vec3> vertices, const std::string& where) {
+void check_vertices(std::span<const glm::vec3> vertices, const std::string& where, std::size_t first) {
   constexpr float kLargest = 1e12f;                                       // the limit of build_bvh()
   const auto in_range = [](float x) { return std::abs(x) <= kLargest; };  // false for NaN
   for_chunks(vertices.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
       if (const glm::vec3& v = vertices[i]; !in_range(v.x) || !in_range(v.y) || !in_range(v.z))
         fail(Failure::Arguments,
-             "{}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene", where, i, v.x,
-             v.y, v.z);
+             "{}: vertex {} is ({}, {}, {}); expected finite numbers within +-1e12; scale the scene", where, first + i,
+             v.x, v.y, v.z);
   });
 }
 

@@ -317,6 +317,7 @@ class DeviceScene {
   void try_to_rebuild();
   void count_walks();
   void begin_update();
+  void forget_shape();
   void end_update(const Timer& timer);
   bool rebuild_meshes();
   void move_flat(std::span<const MovedVertices> meshes, UpdateMode mode);
@@ -330,10 +331,12 @@ class DeviceScene {
   std::size_t tree_with(std::size_t triangle) const;
   std::size_t first_of(std::size_t tree) const;
   bool takes_vertices(std::size_t tree) const;
-  MeshExtents extents_with(std::size_t tree, const std::map<std::size_t, MeshExtents>& moved);
+  std::vector<MovedVertices> unknown_in(std::size_t tree, std::span<const MovedVertices> moved) const;
   struct TreeMove;
   TreeMove prepare_move(std::size_t tree, std::span<const MovedVertices> meshes);
   void take_here(TreeMove& move);
+  void take_found(TreeMove& move);
+  bool refit_there(TreeMove& move);
   void follow_there(TreeMove& move, UpdateMode mode);
   void follow_here(TreeMove& move, UpdateMode mode);
   void take_moves(std::span<TreeMove> moves, std::span<const Transform> transforms);

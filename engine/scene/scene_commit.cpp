@@ -26,10 +26,21 @@ From trees_from(const TreeLayout& before, const TreeLayout& now, const From& sam
   return from;
 }
 
+/// Throws Error(Arguments) if the device cannot read vertices that are to lie there.
+void check_there(const MovedVertices& mesh, const Context& gpu) {
+  if (!mesh.there) return;
+  const std::string where = fmt::format("mesh {}", mesh.number);
+  check_there(*mesh.there, gpu, where);
+  if (mesh.corners.empty() && mesh.there->count < 3 * mesh.triangles)
+    fail(Failure::Arguments, "{}: {} vertices, but its {} triangles have three each", where, mesh.there->count,
+         mesh.triangles);
+}
+
 }  // namespace
 
 void DeviceScene::commit(SceneChange& change, UpdateMode mode) {
   const Timer timer;
+  for (const MovedVertices& mesh : change.vertices) check_there(mesh, *gpu_);
   if (change.structure)
     restructure(*change.structure);
   else if (forest_ || (takes_vertices(0) && !change.vertices.empty()))

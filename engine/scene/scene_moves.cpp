@@ -1,5 +1,7 @@
 // Meshes and instances that move: a DeviceScene whose trees follow, all of them or none.
 #include <algorithm>
+#include <list>
+#include <set>
 
 #include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
@@ -18,11 +20,13 @@ struct DeviceScene::TreeMove {
   std::vector<Triangle> here = {};
   std::optional<Buffer<Triangle>> sent = {};          // what `there` is if the host has sent them
   bool same_area = true;                              // of `here`: no triangle gains or loses its area
-  std::map<std::size_t, MeshExtents> of_meshes = {};  // that share the tree and have moved, by their first triangles
+  std::vector<MovedVertices> asked = {};              // whose extents the device has not told yet
+  std::map<std::size_t, MeshExtents> of_meshes = {};  // that share the tree, by their first triangles
   // Of the tree that has followed:
   std::optional<RefitPolicy> before = {};  // how it was; none: it has not begun to follow
+  Bounds bounds_before = {};
   MeshTree now = {};
-  bool refitted = false;
+  bool refitted = false, is_new = false;  // is_new: there, a build has begun
 };
 
 namespace {
@@ -33,11 +37,39 @@ MeshExtents united(const MeshExtents& a, const MeshExtents& b) {
           false};
 }
 
-MeshExtents extents_of_vertices(std::span<const Triangle> triangles, const std::string& scene) {
-  return {bounds_of_vertices(triangles, scene), extents_of({}, triangles).largest_triangle, false};
+void check(const MovedVertices& mesh) { check_vertices(mesh.positions, fmt::format("mesh {}", mesh.number)); }
+
+/// Throws the error of a vertex that the device has refused.
+[[noreturn]] void refuse(const MovedVertices& mesh, std::size_t vertex, const DeviceInfo& device) {
+  const glm::vec3 found = mesh.there ? read_vertices(*mesh.there, vertex, 1)[0] : mesh.positions[vertex];
+  const std::string where = fmt::format("mesh {}", mesh.number);
+  check_vertices(std::span(&found, 1), where, vertex);
+  fail(
+      Failure::Work,
+      "{}: {} refuses vertex {}, ({}, {}, {}), that the host takes; the driver may be broken, or the array has changed",
+      where, device.name, vertex, found.x, found.y, found.z);
 }
 
-void check(const MovedVertices& mesh) { check_vertices(mesh.positions, fmt::format("mesh {}", mesh.number)); }
+/// Meshes whose vertices the host has. Those that lie on the device are read back.
+struct OnHost {
+  explicit OnHost(std::span<const MovedVertices> moved) : meshes(moved.begin(), moved.end()) {
+    for (MovedVertices& m : meshes)
+      if (m.there) m.positions = read.emplace_back(read_vertices(*m.there));
+  }
+  std::vector<MovedVertices> meshes;
+  std::list<std::vector<glm::vec3>> read = {};
+};
+
+/// Returns true if a refit for a longest side of `guess` has to be done again: costs by the SAH may have left the range
+/// of float32.
+bool is_far(const Bounds& guess, const Bounds& truth) {
+  const auto longest = [](const Bounds& b) {
+    const glm::vec3 sides = b.hi - b.lo;
+    return std::max({sides.x, sides.y, sides.z});
+  };
+  constexpr float kFar = 16;
+  return !(longest(truth) <= kFar * longest(guess) && longest(guess) <= kFar * longest(truth));
+}
 
 }  // namespace
 
@@ -61,57 +93,70 @@ bool DeviceScene::takes_vertices(std::size_t tree) const {
   return !scene_.animation && gpu_->info().float64 && tracer_->tree().built(tree);
 }
 
-/// Returns the extents of a tree's triangles once some of its meshes have moved. Those of its other meshes are found at
-/// the first call.
-MeshExtents DeviceScene::extents_with(std::size_t tree, const std::map<std::size_t, MeshExtents>& moved) {
+/// Returns the meshes of a tree that have not moved and whose extents nobody has found yet, as if they moved to where
+/// they are.
+std::vector<MovedVertices> DeviceScene::unknown_in(std::size_t tree, std::span<const MovedVertices> moved) const {
+  const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(tree);
   const SceneInstances& all = scene_.instances;
-  const std::size_t begin = first_of(tree), end = begin + tracer_->tree().built(tree)->triangles().size();
-  MeshExtents whole = moved.begin()->second;
+  const std::size_t begin = first_of(tree), end = begin + built->triangles().size();
+  std::set<std::size_t> known;
+  for (const MovedVertices& m : moved) known.insert(m.first);
+  std::vector<MovedVertices> still;
   for (auto m = std::size_t(std::ranges::lower_bound(all.first, begin) - all.first.begin());
        m < all.meshes() && all.first[m] < end; ++m) {
-    const auto triangles = std::span(scene_.triangles).subspan(all.first[m], all.triangles_of(m));
-    if (triangles.empty()) continue;
-    auto known = moved.find(all.first[m]);
-    if (known == moved.end()) {
-      bool is_new = false;
-      std::tie(known, is_new) = mesh_extents_.try_emplace(all.first[m]);
-      if (is_new) late_.parts[tree].bring();
-      if (is_new) mesh_extents_[all.first[m]] = extents_of_vertices(triangles, scene_.name);
-    }
-    whole = united(whole, known->second);
+    const std::size_t first = all.first[m], count = all.triangles_of(m);
+    if (count == 0 || mesh_extents_.contains(first) || known.contains(first)) continue;
+    MovedVertices& same = still.emplace_back();
+    same.first = first, same.triangles = count, same.mesh = m, same.number = all.mesh_labels[m].number;
+    DeviceVertices& there = same.there.emplace();
+    there.buffer = {built, &built->triangles()};
+    there.offset = (first - begin) * sizeof(Triangle);
+    there.count = 3 * count;
   }
-  return whole;
+  return still;
 }
 
-/// Makes the triangles of meshes of one tree, and changes nothing else. Throws Error(Arguments) if a vertex cannot be.
+/// Has the device make the triangles of meshes of one tree, or makes them here, and changes nothing else. Throws
+/// Error(Arguments) if a vertex of the latter cannot be.
 DeviceScene::TreeMove DeviceScene::prepare_move(std::size_t tree, std::span<const MovedVertices> meshes) {
   TreeMove move{.tree = tree, .extents = {}};
   const std::size_t first = first_of(tree);
   if (takes_vertices(tree)) {
     const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(tree);
     IndexedTriangles& indexed = indexed_.try_emplace(tree, *gpu_, built->triangles().size()).first->second;
-    for (const MovedVertices& m : meshes) {
-      const bool begins = &m == &meshes.front();
-      const auto extents =
-          indexed.write({m.first - first, m.triangles, m.corners, m.positions}, begins ? &built->triangles() : nullptr);
-      if (!extents) check(m);
-      if (!extents)
-        fail(Failure::Work, "mesh {}: {} refuses a vertex that the host takes; the driver may be broken", m.number,
-             gpu_->info().name);
-      move.of_meshes[m.first] = *extents;
-    }
-    move.extents = extents_with(tree, move.of_meshes);
+    move.asked.assign(meshes.begin(), meshes.end());
+    for (MovedVertices& m : unknown_in(tree, meshes)) move.asked.push_back(std::move(m));
+    std::vector<MovedVertices> in_tree = move.asked;
+    for (MovedVertices& m : in_tree) m.first -= first;
+    indexed.record(in_tree, built->triangles());
     move.there = &indexed.triangles();
     return move;
   }
-  for (const MovedVertices& m : meshes) check(m);
+  const OnHost here(meshes);
+  for (const MovedVertices& m : here.meshes) check(m);
   late_.parts[tree].bring();
   const MeshTree& old = forest_->meshes()[tree];
   move.here.assign(old.triangles.begin(), old.triangles.end());
-  for (const MovedVertices& m : meshes)
+  for (const MovedVertices& m : here.meshes)
     expand(m.corners, m.positions, std::span(move.here).subspan(m.first - first, m.triangles));
   take_here(move);
   return move;
+}
+
+/// Takes what the device has found of the vertices of a move. Waits. Throws Error(Arguments) if one cannot be.
+void DeviceScene::take_found(TreeMove& move) {
+  if (move.asked.empty()) return;
+  const std::vector<IndexedTriangles::Found> found = indexed_.at(move.tree).found();
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i].first_bad) refuse(move.asked[i], *found[i].first_bad, gpu_->info());
+    move.of_meshes[move.asked[i].first] = found[i].extents;
+  }
+  move.asked.clear();
+  move.extents = move.of_meshes.begin()->second;
+  for (const auto& [first, extents] : move.of_meshes) move.extents = united(move.extents, extents);
+  const std::size_t begin = first_of(move.tree), end = begin + tracer_->tree().built(move.tree)->triangles().size();
+  for (auto at = mesh_extents_.lower_bound(begin); at != mesh_extents_.lower_bound(end); ++at)
+    if (!move.of_meshes.contains(at->first)) move.extents = united(move.extents, at->second);
 }
 
 /// Completes a move of triangles that the host has. If the tree lies on the device they are sent there.
@@ -124,20 +169,34 @@ void DeviceScene::take_here(TreeMove& move) {
   move.there = &move.sent.emplace(DeviceBuilder::upload(*gpu_, move.here));
 }
 
+/// Refits a tree on the device to triangles that lie there. What the device finds of their vertices is read afterwards,
+/// so that the host waits once: until then the tree's old size stands for the new one.
+bool DeviceScene::refit_there(TreeMove& move) {
+  DeviceTree& tree = tracer_->tree();
+  if (move.asked.empty()) return tree.refit(move.extents.bounds, move.tree);
+  const Bounds guess = tree.built(move.tree)->summary().bounds;
+  const bool sound = tree.refit(guess, move.tree);
+  take_found(move);
+  const Bounds truth = tree.built(move.tree)->summary().bounds;
+  return sound && (!is_far(guess, truth) || tree.refit(truth, move.tree));
+}
+
 /// Has a tree on the device follow triangles that lie there.
 void DeviceScene::follow_there(TreeMove& move, UpdateMode mode) {
   Timer timer;
   const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(move.tree);
   RefitPolicy& policy = policies_[move.tree];
   move.before = policy;
+  move.bounds_before = built->summary().bounds;
   built->swap_triangles(*move.there);
-  move.refitted = policy.wants_refit(mode) && tracer_->tree().refit(move.extents.bounds, move.tree);
+  move.refitted = policy.wants_refit(mode) && refit_there(move);
   if (move.refitted) {
     policy.refitted(timer.seconds(), built->summary().stats.sah);
     move.refitted = mode != UpdateMode::Auto || !policy.regrets_refit();
     timer = {};
   }
   if (move.refitted) return;
+  move.is_new = true;
   built->rebuild();
   policy.built(timer.seconds(), built->summary().stats.sah);
 }
@@ -186,7 +245,7 @@ void DeviceScene::take_moves(std::span<TreeMove> moves, std::span<const Transfor
 }
 
 /// Has trees follow their triangles, and instances their transforms. If it throws, all is as it was: trees on the
-/// device are built again of the triangles of before.
+/// device are refitted to the triangles of before, or built again if others have been built.
 void DeviceScene::apply_moves(std::span<TreeMove> moves, std::span<const Transform> transforms, UpdateMode mode) {
   std::vector<glm::vec3> largest;
   for (const TreeMove& m : moves)
@@ -203,8 +262,9 @@ void DeviceScene::apply_moves(std::span<TreeMove> moves, std::span<const Transfo
       if (!m.there) continue;
       const std::shared_ptr<DeviceBuild> built = tracer_->tree().built(m.tree);
       built->swap_triangles(*m.there);
-      built->rebuild();
-      back.push_back({.tree = m.tree, .extents = {{}, largest[i], false}, .there = m.there});
+      const bool refitted = !m.is_new && tracer_->tree().refit(m.bounds_before, m.tree);
+      if (!refitted) built->rebuild();
+      back.push_back({.tree = m.tree, .extents = {{}, largest[i], false}, .there = m.there, .refitted = refitted});
     }
     if (!back.empty()) take_moves(back, forest_ ? forest_->transforms() : std::span<const Transform>());
     throw;
@@ -231,10 +291,15 @@ void DeviceScene::end_moves(std::span<TreeMove> moves) {
 void DeviceScene::move_all(const SceneChange& change, UpdateMode mode) {
   const Timer timer;
   gpu_->finish();
+  count_walks();
   std::map<std::size_t, std::vector<MovedVertices>> by_tree;
   for (const MovedVertices& m : change.vertices) by_tree[tree_with(m.first)].push_back(m);
   std::vector<TreeMove> moves;
   for (const auto& [tree, meshes] : by_tree) moves.push_back(prepare_move(tree, meshes));
+  // A refit that turns out to be of bad vertices is undone. A build has to know them.
+  const auto refits = [&](const TreeMove& move) { return policies_[move.tree].wants_refit(mode); };
+  if (!std::ranges::all_of(moves, refits))
+    for (TreeMove& move : moves) take_found(move);
   std::vector<Transform> of_trees;
   std::span<const Transform> transforms = change.transforms;
   if (forest_ && transforms.empty()) {
@@ -243,7 +308,7 @@ void DeviceScene::move_all(const SceneChange& change, UpdateMode mode) {
     for (const std::uint32_t from : tree_layout(scene_).from) of_trees.push_back(transforms[from]);
     transforms = of_trees;
   }
-  begin_update();
+  forget_shape();
   apply_moves(moves, transforms, mode);
   update_.refitted = !moves.empty() && std::ranges::all_of(moves, &TreeMove::refitted);
   if (!forest_) scene_.bounds = moves[0].extents.bounds;
@@ -253,11 +318,13 @@ void DeviceScene::move_all(const SceneChange& change, UpdateMode mode) {
 
 /// Moves the meshes of a flat scene whose tree the host has.
 void DeviceScene::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
-  for (const MovedVertices& m : meshes) check(m);
+  const OnHost here(meshes);
+  for (const MovedVertices& m : here.meshes) check(m);
   std::vector<Triangle> moved = std::move(spare_triangles_);
   moved.resize(scene().triangles.size());
   copy_parallel(std::span<const Triangle>(scene_.triangles), std::span(moved));
-  for (const MovedVertices& m : meshes) expand(m.corners, m.positions, std::span(moved).subspan(m.first, m.triangles));
+  for (const MovedVertices& m : here.meshes)
+    expand(m.corners, m.positions, std::span(moved).subspan(m.first, m.triangles));
   spare_triangles_ = move(std::move(moved), mode);
 }
 

@@ -46,6 +46,10 @@ bool DeviceScene::rebuild_if_overdue() {
 void DeviceScene::begin_update() {
   gpu_->finish();
   count_walks();
+  forget_shape();
+}
+
+void DeviceScene::forget_shape() {
   topology_.reset();
   if (near_zero_) live_.reset(), near_zero_.reset();
   update_ = {};

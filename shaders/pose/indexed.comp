@@ -12,25 +12,30 @@ layout(push_constant, scalar) uniform Push { IndexedPush push; };
 #if BALLOT_INDICES
 layout(set = 0, binding = BIND_POSE_CORNERS, scalar) readonly buffer Corners { uint corners[]; };
 #endif
-layout(set = 0, binding = BIND_POSE_POSITIONS, scalar) readonly buffer Positions { vec3 positions[]; };
+layout(set = 0, binding = BIND_POSE_POSITIONS, scalar) readonly buffer Positions { float positions[]; };
 layout(set = 0, binding = BIND_POSE_TRIANGLES, scalar) writeonly buffer Triangles { vec3 triangles[]; };
 
 shared uint group_largest[3];
+
+vec3 position(uint vertex) {
+  uint word = push.first_word + push.stride_words * vertex;
+  return vec3(positions[word], positions[word + 1u], positions[word + 2u]);
+}
 
 void main() {
   if (gl_LocalInvocationIndex < 3u) group_largest[gl_LocalInvocationIndex] = 0u;
   begin_bounds();
   vec3 largest = vec3(0.0);
   for (uint i = gl_GlobalInvocationID.x; i < push.vertices; i += gl_NumWorkGroups.x * POSE_GROUP)
-    check_range(positions[i]);
+    check_range(position(i), i);
   for (uint i = gl_GlobalInvocationID.x; i < push.items; i += gl_NumWorkGroups.x * POSE_GROUP)
   {
     vec3 lo, hi;
     for (uint k = 0u; k < 3u; ++k) {
 #if BALLOT_INDICES
-      vec3 v = positions[corners[3u * i + k]];
+      vec3 v = position(corners[3u * i + k]);
 #else
-      vec3 v = positions[3u * i + k];
+      vec3 v = position(3u * i + k);
 #endif
       triangles[3u * (push.first_triangle + i) + k] = v;
       add_to_bounds(v);

@@ -15,6 +15,7 @@ void main() {
     for (uint k = 0u; k < 3u; ++k) {
       vec3 v = corner_of(part, i, k).position;
       triangles[to + k] = v;
+      check_range(v, 0u);
       add_to_bounds(v);
     }
   }

@@ -10,7 +10,7 @@
 // Bindings of set 0. Vertices, influences and deltas are those of engine/model/animation.h.
 #define BIND_POSE_PARTS 0
 #define BIND_POSE_PART_OF 1     // the part of each posed vertex
-#define BIND_POSE_POSITIONS 2   // three floats a vertex
+#define BIND_POSE_POSITIONS 2   // three floats a vertex; of pose/indexed.comp with any stride
 #define BIND_POSE_NORMALS 3     // the same
 #define BIND_POSE_INFLUENCES 4  // joint and weight
 #define BIND_POSE_DELTAS 5      // position and normal, six floats
@@ -65,12 +65,14 @@ struct PartPlace {
   double normal[9];
 };
 
-// The bounds of the triangles that have moved, as ordered() of lib/build/order.glsl, and whether a coordinate leaves
-// the range of scenes. The largest extent of a triangle along each axis: of pose/indexed.comp.
+// The bounds of the triangles that have moved, as ordered() of lib/build/order.glsl, and the first vertex with a
+// coordinate that leaves the range of scenes (POSE_NONE: none; pose/triangles.comp does not tell which). The largest
+// extent of a triangle along each axis: of pose/indexed.comp.
+#define POSE_NONE 0xFFFFFFFFu
 struct PoseState {
   uint lo[3];
   uint hi[3];
-  uint bad;
+  uint first_bad;
   uint largest[3];  // bits of float32
 };
 
@@ -83,6 +85,8 @@ struct IndexedPush {
   uint items;     // triangles
   uint vertices;
   uint first_triangle;  // of the tree
+  uint first_word;      // of the first vertex, from the beginning of what is bound
+  uint stride_words;    // from one vertex to the next
 };
 
 #ifdef __cplusplus

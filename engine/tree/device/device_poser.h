@@ -36,12 +36,18 @@ class DevicePoser {
   std::uint32_t vertices_;
 };
 
-/// Records a kernel of shaders/pose/ over this many items.
+/// Returns the workgroups of a kernel of shaders/pose/ over this many items: enough to fill a GPU, as each adds what it
+/// has found to the same few words.
+inline std::uint32_t pose_groups(const DeviceInfo& device, std::uint32_t items) {
+  constexpr std::uint32_t kMost = 4096;
+  return std::min({groups_of(items, POSE_GROUP), kMost, device.max_group_count_x});
+}
+
+/// Records such a kernel.
 template <class Push>
 void run_pose(Context& gpu, Kernel& kernel, std::uint32_t items, const Push& push) {
   if (items == 0) return;
-  const std::uint32_t groups = std::min((items - 1) / POSE_GROUP + 1, gpu.info().max_group_count_x);
-  gpu.pass(kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups, push); });
+  gpu.pass(kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, pose_groups(gpu.info(), items), push); });
 }
 
 /// Returns the source of the kernel.

@@ -1,4 +1,5 @@
-// The triangles of meshes whose vertices move, written on the device: the host sends vertices, not corners.
+// The triangles of meshes whose vertices move, written on the device: of vertices that the host sends, or that are
+// there.
 #pragma once
 
 #include <map>
@@ -6,7 +7,7 @@
 #include <optional>
 
 #include "engine/gpu/kernel.h"
-#include "engine/tree/host/instance.h"
+#include "engine/tree/device/device_vertices.h"
 #include "shaders/shared/pose.h"
 
 namespace ballot {
@@ -16,41 +17,53 @@ struct MovedVertices {
   std::size_t first = 0, triangles = 0;  // its triangles in the scene, or in those of one tree
   /// Three vertices for each triangle, the same numbers at every call; none: vertices 0 1 2, 3 4 5, ...
   std::span<const std::uint32_t> corners;
-  std::span<const glm::vec3> positions;
-  std::size_t mesh = 0;      // of the scene
-  std::uint32_t number = 0;  // by which its caller names it
+  std::span<const glm::vec3> positions;      // all vertices of the mesh
+  std::size_t mesh = 0;                      // of the scene
+  std::uint32_t number = 0;                  // by which its caller names it
+  std::optional<DeviceVertices> there = {};  // instead of positions
 };
 
 /// Writes the triangles of a tree, as a build or a refit has them (DeviceBuild), from vertices. Takes 36 bytes a
-/// triangle of the tree; of each mesh that has moved 12 a triangle with indices and 12 a vertex. Belongs to the thread
-/// of its Context.
+/// triangle of the tree; of each mesh that has moved 12 a triangle with indices, and 12 a vertex that the host has
+/// sent. Belongs to the thread of its Context.
 class IndexedTriangles {
  public:
   /// `triangles`: of the tree. Throws Error(Work) if the device has no room.
   IndexedTriangles(Context& gpu, std::size_t triangles);
 
-  /// Writes into triangles() those of a mesh, and of all others what `now` has, and waits. null: triangles() has the
-  /// others. Returns the extents
-  /// of the mesh, all of whose vertices count; nothing if a coordinate is not finite or beyond +-1e12. Throws
+  /// Records that the triangles of meshes are written into triangles(), and those of all others that `now` has. The
+  /// meshes are named by their first triangles in the tree. Uploads vertices of the host, which waits. Throws
   /// Error(Work) if the device fails.
-  std::optional<MeshExtents> write(const MovedVertices& mesh, const Buffer<Triangle>* now);
+  void record(std::span<const MovedVertices> meshes, const Buffer<Triangle>& now);
 
-  /// Returns the buffer that write() writes. It may be swapped for another one with triangles of another time.
+  /// What the device has found of a mesh.
+  struct Found {
+    std::optional<std::uint32_t> first_bad;  // the first vertex with a coordinate that is not finite or beyond +-1e12
+    MeshExtents extents;                     // unless there is one; of all vertices
+  };
+  /// Returns what it has found of each mesh of the last record(). Waits.
+  std::vector<Found> found();
+
+  /// Returns the buffer that record() writes. It may be swapped for another one with triangles of another time.
   Buffer<Triangle>& triangles() { return triangles_; }
 
  private:
   /// What the device keeps of a mesh.
-  struct Mesh {
-    Buffer<std::uint32_t> corners;
-    Buffer<glm::vec3> positions;
+  struct Kept {
+    std::optional<Buffer<std::uint32_t>> corners;
+    std::optional<Buffer<glm::vec3>> positions;
   };
-  Mesh& mesh_of(const MovedVertices& mesh);
+  void make_room(std::size_t meshes);
+  void upload(const MovedVertices& mesh);
+  void dispatch(Commands& cmd, const MovedVertices& mesh, std::size_t number);
 
   Context& gpu_;
   Buffer<Triangle> triangles_;
-  Buffer<PoseState> state_;
-  std::map<std::size_t, Mesh> meshes_;  // by the first triangle
-  std::unique_ptr<Kernel> kernels_[2];  // of vertices in turn, of indices
+  const std::uint64_t state_bytes_;                 // from one PoseState to the next
+  std::size_t meshes_ = 0;                          // of the last record()
+  std::optional<Buffer<std::byte>> states_, told_;  // of each mesh; the host's copy, where it does not see the first
+  std::map<std::size_t, Kept> kept_;                // by the first triangle
+  std::unique_ptr<Kernel> kernels_[2];              // of vertices in turn, of indices
 };
 
 /// Returns the sources of the kernels, for compiling them ahead.
