@@ -228,6 +228,14 @@ void RawBuffer::download(std::uint64_t offset, void* data, std::uint64_t bytes) 
   copy(offset, data, nullptr, bytes);
 }
 
+void RawBuffer::record_upload(std::uint64_t offset, const void* data, std::uint64_t bytes) {
+  constexpr std::uint64_t kMost = 65536, kWord = 4;  // Commands::write()
+  if (mapped_ || bytes > kMost || bytes % kWord || offset % kWord) return upload(offset, data, bytes);
+  if (bytes == 0) return;
+  check_fits(offset, bytes);
+  gpu_->pass("an upload of " + name_, [&](Commands& cmd) { cmd.write(*this, offset, data, bytes); });
+}
+
 void RawBuffer::copy_from(const RawBuffer& other, std::uint64_t other_offset, std::uint64_t offset,
                           std::uint64_t bytes) {
   const Part part{other_offset, offset, bytes};
@@ -251,11 +259,15 @@ void RawBuffer::copy_parts(const RawBuffer& other, std::span<const Part> parts) 
   });
 }
 
-void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const {
-  if (bytes == 0) return;
+void RawBuffer::check_fits(std::uint64_t offset, std::uint64_t bytes) const {
   if (offset + bytes > bytes_)
     fail(Failure::Work, "buffer '{}' of {} bytes: a copy of {} bytes at offset {} does not fit", name_, bytes_, bytes,
          offset);
+}
+
+void RawBuffer::copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const {
+  if (bytes == 0) return;
+  check_fits(offset, bytes);
   if (mapped_) {
     gpu_->finish();
     if (from) copy_bytes(mapped_ + offset, from, bytes);

@@ -47,6 +47,9 @@ class RawBuffer {
   /// Copy bytes to and from the host. Both wait for all passes (context.h). Throw Error(Work) if the bytes do not fit.
   void upload(std::uint64_t offset, const void* data, std::uint64_t bytes);
   void download(std::uint64_t offset, void* data, std::uint64_t bytes) const;
+  /// Copies bytes that the host has now, as a pass behind those that are recorded. Waits as upload() does only where the
+  /// host sees the memory, and for more than 65536 bytes or parts of words.
+  void record_upload(std::uint64_t offset, const void* data, std::uint64_t bytes);
   /// A part of a buffer that is copied to a place in another.
   struct Part {
     std::uint64_t from, to, bytes;
@@ -84,6 +87,7 @@ class RawBuffer {
   void make_view(std::uint64_t bytes);
   void destroy();
   void copy(std::uint64_t offset, void* to, const void* from, std::uint64_t bytes) const;
+  void check_fits(std::uint64_t offset, std::uint64_t bytes) const;
 
   Context* gpu_ = nullptr;
   std::uint64_t bytes_ = 0, offset_ = 0, id_ = 0, allocated_ = 0;
@@ -121,6 +125,9 @@ class Buffer : public RawBuffer {
   std::size_t size() const { return count_; }
   void upload(std::span<const T> data, std::size_t first = 0) {
     RawBuffer::upload(first * sizeof(T), data.data(), data.size_bytes());
+  }
+  void record_upload(std::span<const T> data, std::size_t first = 0) {
+    RawBuffer::record_upload(first * sizeof(T), data.data(), data.size_bytes());
   }
   void download(std::span<T> data, std::size_t first = 0) const {
     RawBuffer::download(first * sizeof(T), data.data(), data.size_bytes());

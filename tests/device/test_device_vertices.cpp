@@ -323,32 +323,44 @@ TEST_F(VerticesThere, WrongArraysAreRefused) {
   EXPECT_NE(text_of(with([&](DeviceVertices& v) { v.buffer = unread; })).find("cannot read"), std::string::npos);
 }
 
+// More meshes than are recorded together share a tree. Those that stay tell their extents once, on the device.
+TEST_F(VerticesThere, ManyMeshesShareATree) {
+  const std::vector<Sheet> all = [] {
+    std::vector<Sheet> sheets;
+    for (int i = 0; i < 300; ++i) sheets.emplace_back(3, 0.01f * float(i));
+    return sheets;
+  }();
+  DeviceScene there(scene_of(all, Made::Flat), options_for(BuilderId::Device)),
+      here(scene_of(all, Made::Flat), options_for(BuilderId::Device));
+  std::vector<Move> every;
+  for (std::uint32_t m = 0; m < all.size(); ++m) every.push_back({m, all[m].positions(float(m), 3)});
+  for (const std::vector<Move>& moves : {std::vector<Move>{{7, all[7].positions(2, 2)}}, every, {every[299]}}) {
+    commit(there, all, moves, true, UpdateMode::Refit, 4, 16);
+    commit(here, all, moves, false, UpdateMode::Refit);
+    expect_equal(there, here, UpdateMode::Refit);
+  }
+}
+
 // The host waits once for a refit, and twice for a build: for the vertices, which must be good, and for the tree.
 TEST_F(VerticesThere, TakeFewSubmissions) {
-  const std::vector<Sheet> all = sheets(false);
-  DeviceScene world(scene_of(all, Made::Flat), options_for(BuilderId::Device));
-  const auto moved_by = [&](float phase) {
-    std::vector<Move> moves;
-    for (std::uint32_t m = 0; m < all.size(); ++m) moves.push_back({m, all[m].positions(phase)});
-    return moves;
-  };
-  for (const auto& [mode, submissions] : {std::pair(UpdateMode::Refit, 1), std::pair(UpdateMode::Rebuild, 2)}) {
-    SCOPED_TRACE(int(mode));
-    commit(world, all, moved_by(1), true, mode);  // makes kernels and buffers
-    hits_of(world);
-    std::vector<MovedVertices> meshes;
-    for (const Move& m : moved_by(2)) {
-      MovedVertices& moved = meshes.emplace_back();
-      moved.first = world.scene_facts().instances.first[m.mesh];
-      moved.triangles = all[m.mesh].corners.size() / 3;
-      moved.corners = all[m.mesh].corners;
-      moved.there = put(m.positions);
+  for (const Made made : {Made::Flat, Made::Instances}) {
+    const std::vector<Sheet> all = sheets(made == Made::Instances);
+    DeviceScene world(scene_of(all, made), options_for(BuilderId::Device));
+    MovedVertices mesh;
+    mesh.triangles = all[0].corners.size() / 3;
+    mesh.corners = all[0].corners;
+    SceneChange change{.vertices = std::span(&mesh, 1)};
+    for (const auto& [mode, submissions] : {std::pair(UpdateMode::Refit, 1), std::pair(UpdateMode::Rebuild, 2)}) {
+      SCOPED_TRACE(fmt::format("{}, mode {}", int(made), int(mode)));
+      mesh.there = put(all[0].positions(1));
+      world.commit(change, mode);  // makes kernels and buffers
+      hits_of(world);
+      mesh.there = put(all[0].positions(2));
+      gpu_->finish();
+      const std::uint64_t before = gpu_->submissions();
+      world.commit(change, mode);
+      EXPECT_LE(gpu_->submissions() - before, std::uint64_t(submissions));
     }
-    gpu_->finish();
-    const std::uint64_t before = gpu_->submissions();
-    SceneChange change{.vertices = meshes};
-    world.commit(change, mode);
-    EXPECT_LE(gpu_->submissions() - before, std::uint64_t(submissions));
   }
 }
 

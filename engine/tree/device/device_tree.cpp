@@ -329,7 +329,7 @@ const DeviceTree::Texels& DeviceTree::mesh_table(TreeFormatId id, const TreeAcce
   Table& table = found->second;
   if (table.generation == generation_) return table.texels;
   write_table(key, table);
-  if (!table.rows.empty()) table.texels.upload(std::span(table.rows.front().data(), table.texels.size()));
+  if (!table.rows.empty()) table.texels.record_upload(std::span(table.rows.front().data(), table.texels.size()));
   table.generation = generation_;
   return table.texels;
 }

@@ -60,7 +60,7 @@ void TopBuilder::find_first() {
 void TopBuilder::exchanged(std::size_t mesh) {
   const MeshTree& now = forest_.meshes()[mesh];
   const MeshExtent extent = extent_of(now);
-  meshes_.upload(std::span(&extent, 1), mesh);
+  meshes_.record_upload(std::span(&extent, 1), mesh);
   if (empty_[mesh] == now.extents.empty) return;
   empty_[mesh] = now.extents.empty;
   built_ = false;

@@ -95,7 +95,7 @@ void DeviceTree::move_on_host(std::span<const Transform> transforms) {
   const TopTree& top = forest_->top();
   for (auto& [fetch, texels] : tops_) {
     if (texels.size() < top.texels.size()) texels = Texels(gpu_, top.texels.size(), access_for(fetch), "bvh top level");
-    texels.upload(top.texels);
+    texels.record_upload(top.texels);
   }
 }
 
@@ -132,7 +132,7 @@ const DeviceTree::Texels& DeviceTree::top(Fetch fetch) {
   }
   const TopTree& top = forest_->top();
   Texels made(gpu_, top.texels.size(), access_for(fetch), "bvh top level");
-  made.upload(top.texels);
+  made.record_upload(top.texels);
   return tops_.emplace(fetch, std::move(made)).first->second;
 }
 
