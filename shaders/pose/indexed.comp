@@ -2,7 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Writes the triangles of a mesh whose vertices have moved, one invocation each, and finds their bounds and the largest
-// extents of one. Checks all vertices, those of no triangle too.
+// extents of one. Checks all vertices, those of no triangle too. A vertex out of range becomes zero: a refit that is
+// recorded before the host knows of it, and will be undone, meets finite numbers alone.
 // BALLOT_INDICES: three vertices for each triangle; else vertices 0 1 2, 3 4 5, ...
 #include "../shared/pose.h"
 
@@ -37,6 +38,7 @@ void main() {
 #else
       vec3 v = position(3u * i + k);
 #endif
+      if (!in_range(v)) v = vec3(0.0);
       triangles[3u * (push.first_triangle + i) + k] = v;
       add_to_bounds(v);
       lo = k == 0u ? v : min(lo, v);

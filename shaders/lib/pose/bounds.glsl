@@ -19,9 +19,12 @@ void begin_bounds() {
   own_first_bad = POSE_NONE;
 }
 
+bool in_range(vec3 v) {
+  return all(lessThanEqual(floatBitsToUint(v) & 0x7FFFFFFFu, uvec3(floatBitsToUint(1e12))));
+}
+
 void check_range(vec3 v, uint vertex) {
-  if (any(greaterThan(floatBitsToUint(v) & 0x7FFFFFFFu, uvec3(floatBitsToUint(1e12)))))
-    own_first_bad = min(own_first_bad, vertex);
+  if (!in_range(v)) own_first_bad = min(own_first_bad, vertex);
 }
 
 void add_to_bounds(vec3 v) {
