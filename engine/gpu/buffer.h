@@ -47,8 +47,8 @@ class RawBuffer {
   /// Copy bytes to and from the host. Both wait for all passes (context.h). Throw Error(Work) if the bytes do not fit.
   void upload(std::uint64_t offset, const void* data, std::uint64_t bytes);
   void download(std::uint64_t offset, void* data, std::uint64_t bytes) const;
-  /// Copies bytes that the host has now, as a pass behind those that are recorded. Waits as upload() does only where the
-  /// host sees the memory, and for more than 65536 bytes or parts of words.
+  /// Copies bytes that the host has now, as a pass behind those that are recorded. Waits, as upload() does, only where
+  /// the host sees the memory, and for more than 65536 bytes or parts of words.
   void record_upload(std::uint64_t offset, const void* data, std::uint64_t bytes);
   /// A part of a buffer that is copied to a place in another.
   struct Part {

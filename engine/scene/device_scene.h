@@ -166,8 +166,8 @@ class DeviceScene {
   /// Makes a change of meshes and placements true, all of it, or throws and leaves the scene as it was. Trees of meshes
   /// that have not changed stay, and what the device has of them. The trees of meshes that have moved follow as `mode`
   /// says; the tree over the placements is refitted, or built anew once refits have raised its cost by a quarter. Takes
-  /// the structure. Throws Error(Arguments) if a vertex is not finite or beyond +-1e12, if vertices on the device cannot
-  /// be read there (check_there()), if a transform cannot be placed (place_instance()), or if triangles cannot be
+  /// the structure. Throws Error(Arguments) if a vertex is not finite or beyond +-1e12, if kernels cannot read vertices
+  /// on the device (check_there()), if a transform cannot be placed (place_instance()), or if triangles cannot be
   /// numbered; Error(Work) if there is no room or the device fails. Ends the use of batches, films and the checker of
   /// before. The scene must not be animated.
   void commit(SceneChange& change, UpdateMode mode = UpdateMode::Auto);
