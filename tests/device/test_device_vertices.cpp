@@ -1,50 +1,15 @@
 // Vertices that lie on the device: scenes that follow them are those that follow the same vertices of the host, bit for
 // bit, and what cannot be leaves a scene as it was.
-#include <cmath>
-
-#include "engine/model/mesh_vertices.h"
-#include "engine/scene/device_scene.h"
-#include "tests/device/fixture.h"
-#include "tests/device/forests.h"
+#include "tests/device/crossing_test.h"
+#include "tests/device/sheets.h"
 
 namespace ballot {
 namespace {
 
 using namespace harness;
-using namespace forests;
 using shapes::Triangles;
-using Positions = std::vector<glm::vec3>;
 
-/// A square of 2 * side * side triangles over [-1, 1], which share their vertices.
-struct Sheet {
-  std::uint32_t side;
-  float height;  // of the middle of it
-  std::vector<std::uint32_t> corners = {};
-
-  Sheet(std::uint32_t wanted, float at) : side(wanted), height(at) {
-    for (std::uint32_t y = 0; y < side; ++y)
-      for (std::uint32_t x = 0; x < side; ++x) {
-        const std::uint32_t a = y * (side + 1) + x, b = a + side + 1;
-        corners.insert(corners.end(), {a, a + 1, b, b, a + 1, b + 1});
-      }
-  }
-  Positions positions(float phase, float scale = 1) const {
-    Positions all;
-    for (std::uint32_t y = 0; y <= side; ++y)
-      for (std::uint32_t x = 0; x <= side; ++x) {
-        const glm::vec2 at = 2.f * glm::vec2(x, y) / float(side) - 1.f;
-        all.push_back(scale * glm::vec3(at.x, height + 0.2f * std::sin(7 * at.x + phase) * std::cos(5 * at.y), at.y));
-      }
-    return all;
-  }
-  Triangles triangles(float phase) const {
-    Triangles all(corners.size() / 3);
-    expand(corners, positions(phase), all);
-    return all;
-  }
-};
-
-class VerticesThere : public DeviceTest {
+class VerticesThere : public CrossingTest {
  protected:
   void SetUp() override {
     if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
@@ -52,25 +17,6 @@ class VerticesThere : public DeviceTest {
 
   /// Three sheets, one above the other. Large: trees of the first stay on the device where there are instances.
   static std::vector<Sheet> sheets(bool large) { return {{large ? 182u : 31u, 0}, {17, 0.5f}, {9, 1}}; }
-
-  enum class Made { Flat, Instances };
-  static Scene scene_of(const std::vector<Sheet>& sheets, Made made) {
-    Scene scene;
-    scene.name = "sheets";
-    scene.instances.first = {0};
-    for (const Sheet& s : sheets) {
-      const Triangles triangles = s.triangles(0);
-      scene.triangles.insert(scene.triangles.end(), triangles.begin(), triangles.end());
-      scene.instances.first.push_back(scene.triangles.size());
-    }
-    if (made == Made::Instances) {
-      scene.instances.placements = {
-          {0, {}}, {1, forests::moved({0.1f, 0, 0})}, {2, {}}, {0, turned(0.3f, 0.1f, glm::vec3(0.5f), {0, -2, 0})}};
-      scene.instances.placed = true;
-    }
-    finish_scene(scene);
-    return scene;
-  }
 
   static DeviceSceneOptions options_for(BuilderId builder) {
     DeviceSceneOptions options;
@@ -203,6 +149,52 @@ TEST_F(VerticesThere, AreThoseOfTheHost) {
   const auto batch = there.make_batch("rays", shapes::random_rays(200), Want::Nearest);
   const ExactTruth truth = there.checker().exact_truth(*batch);  // of nodes that are read back
   EXPECT_EQ(there.checker().verify(*batch, truth, {.method = "while-while"}).beyond_bound, 0u);
+}
+
+// Whatever reads triangles on the host gets the new ones: each of these is asked first after a commit of its own.
+TEST_F(VerticesThere, AllAnswersFollowThem) {
+  if (!at_default_size(gpu_->info())) GTEST_SKIP() << "as at the default size, and slow";
+  const std::vector<Sheet> all = sheets(false);
+  DeviceScene there(scene_of(all, Made::Flat), options_for(BuilderId::Device)),
+      here(scene_of(all, Made::Flat), options_for(BuilderId::Device));
+  const std::vector<Ray> rays = shapes::random_rays(300);
+  const std::vector<std::function<std::vector<float>(DeviceScene&)>> answers{
+      [&](DeviceScene& world) {
+        std::vector<float> found;
+        for (const std::vector<Hit>& hits : lists(world.rays(), source_of(rays), {.exact = true}))
+          for (const Hit& hit : hits) found.insert(found.end(), {hit.t, float(hit.prim)});
+        return found;
+      },
+      [&](DeviceScene& world) {
+        std::vector<float> found;
+        const Image image = world.render(world.scene_facts().views[0], {.width = 32, .height = 32});
+        for (const auto& channel : image.channels)
+          found.insert(found.end(), channel.floats.begin(), channel.floats.end());
+        return found;
+      },
+      [&](DeviceScene& world) {
+        std::vector<ProbePoint> points;
+        for (const Ray& ray : rays) points.push_back({ray.origin, std::numeric_limits<float>::infinity()});
+        std::vector<Nearest> nearest(points.size());
+        world.points().nearest(points, nearest);
+        std::vector<float> found;
+        for (const Nearest& n : nearest) found.insert(found.end(), {n.distance, float(n.prim)});
+        return found;
+      },
+      [](DeviceScene& world) { return std::vector<float>{float(world.topology().first_boundary.size())}; },
+      [](DeviceScene& world) {
+        return std::vector<float>{world.triangle(5)[1].y, world.triangle(1999)[2].y};
+      }};
+  for (std::size_t i = 0; i < 2 * answers.size(); ++i) {
+    SCOPED_TRACE(i);
+    const UpdateMode mode = i % 2 ? UpdateMode::Refit : UpdateMode::Rebuild;
+    const std::vector<Move> moves{{i % 3 ? 0u : 1u, all[i % 3 ? 0 : 1].positions(float(i))}};
+    commit(there, all, moves, true, mode);
+    commit(here, all, moves, false, mode);
+    const std::vector<float> found = answers[i / 2](there);
+    EXPECT_GT(found.size(), 0u);
+    EXPECT_EQ(found, answers[i / 2](here));
+  }
 }
 
 // The scene grows and shrinks, to nothing too: the cost of its tree is found all the same.
