@@ -96,6 +96,12 @@ class Scene {
     check(ballot_scene_set_vertices(handle_.get(), mesh, to.positions, to.vertex_count, stride));
   }
 
+  /// The same by the first records of an array on the device, which commit() reads there: keep what it holds until then.
+  /// ballot_scene_set_vertex_buffer() tells when the host sees them.
+  void set_vertices(std::uint32_t mesh, const Array<Vertex>& vertices) {
+    check(ballot_scene_set_vertex_buffer(handle_.get(), mesh, vertices.handle()));
+  }
+
   /// Adds instances of meshes and returns their numbers.
   std::vector<std::uint32_t> add_instances(const Instances& instances) {
     std::vector<std::uint32_t> numbers(instances.count);

@@ -178,8 +178,22 @@ typedef enum BallotRecord {
   BALLOT_RECORD_POINT = 2,           /* BallotPoint; this and those below: ballot_query_point_buffers() */
   BALLOT_RECORD_NEAREST = 3,         /* BallotNearestPoint */
   BALLOT_RECORD_SIGNED_DISTANCE = 4, /* float */
-  BALLOT_RECORD_INSIDE = 5           /* uint32_t */
+  BALLOT_RECORD_INSIDE = 5,          /* uint32_t */
+  BALLOT_RECORD_VERTEX = 6           /* BallotVertex: ballot_scene_set_vertex_buffer() */
 } BallotRecord;
+
+/* A vertex on the device, 12 bytes. */
+typedef struct BallotVertex {
+  float at[3]; /* x, y, z */
+} BallotVertex;
+
+/* Moves the vertices of a mesh as ballot_scene_set_vertices() does, by the first records of an array of vertices on the
+ * scene's device. ballot_scene_commit() reads them there: trees follow without the host, which sees vertices only where
+ * a tree lies on the host, a mesh of a scene with several trees has fewer than 65 536 triangles, or exact lists,
+ * pictures, edits or ballot_scene_triangles() ask for them later. Keep what the array holds until then; before commit
+ * wait for your own stream. The array may be destroyed before. A vertex that is not finite or beyond 1e12 makes the
+ * commit fail, and is named. */
+BALLOT_API BallotStatus ballot_scene_set_vertex_buffer(BallotScene* scene, uint32_t mesh, BallotBuffer* vertices);
 
 /* How an array on a device is made. */
 typedef struct BallotBufferOptions {

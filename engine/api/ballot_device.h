@@ -65,7 +65,7 @@ class Job {
   detail::Handle<BallotJob, ballot_job_destroy> handle_;
 };
 
-/// An array on a device: of Ray or Hit, of Point, or of what Scene::nearest() answers: NearestPoint, float (signed
+/// An array on a device: of Ray or Hit, of Vertex, of Point, or of what Scene::nearest() answers: NearestPoint, float (signed
 /// distances) or std::uint32_t (1 inside).
 template <class T>
 class Array {

@@ -37,6 +37,7 @@ using Results = BallotHits;                 ///< where hits go
 using SceneInfo = BallotSceneInfo;          ///< what a scene holds, and its tree
 using SceneOptions = BallotSceneOptions;    ///< how a scene is made
 using Times = BallotTimes;                  ///< what a call took
+using Vertex = BallotVertex;                ///< a vertex on the device, 12 bytes
 using View = BallotView;                    ///< a camera, as in glTF
 using Code = BallotStatus;                  ///< the kind of a failure, as BALLOT_ERROR_ARGUMENT
 /// The number of no triangle, mesh or instance.

@@ -168,6 +168,8 @@ template <>
 struct RecordOf<float> : std::integral_constant<BallotRecord, BALLOT_RECORD_SIGNED_DISTANCE> {};
 template <>
 struct RecordOf<std::uint32_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_INSIDE> {};
+template <>
+struct RecordOf<Vertex> : std::integral_constant<BallotRecord, BALLOT_RECORD_VERTEX> {};
 
 }  // namespace detail
 }  // namespace v1

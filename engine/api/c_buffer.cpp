@@ -23,6 +23,8 @@ void make_records(BufferState& to, BallotRecord record, std::uint64_t count, bal
       return make(std::type_identity<float>(), "distances of the caller");
     case BALLOT_RECORD_INSIDE:
       return make(std::type_identity<std::uint32_t>(), "inside tests of the caller");
+    case BALLOT_RECORD_VERTEX:
+      return make(std::type_identity<glm::vec3>(), "vertices of the caller");
   }
   throw Refused(BALLOT_ERROR_ARGUMENT,
                 fmt::format("ballot_buffer_create: record is {}; expected one of BALLOT_RECORD_...", int(record)));

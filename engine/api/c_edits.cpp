@@ -8,12 +8,16 @@
 namespace ballot::api {
 namespace {
 
+/// Vertices that an edit gives up. They go once the call has let go of the device: the last reference to an array on it
+/// takes the device to destroy it.
+using MovingVertices = std::map<std::uint32_t, PendingEdits::Vertices>::node_type;
+
 /// Returns the edits of a scene, to which a call adds some. `needs_scene`: they look at the scene, which is brought up
 /// to date then.
 PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene = true) {
   refuse_animated(scene, call);
   const Scene& now = needs_scene ? scene.world->scene() : scene.world->scene_facts();
-  if (!scene.pending) scene.pending.emplace(now, scene.next);
+  if (!scene.pending) scene.pending = std::make_unique<PendingEdits>(now, scene.next);
   return *scene.pending;
 }
 
@@ -27,7 +31,8 @@ const MeshState& mesh_of(const SceneState& scene, std::uint32_t mesh) {
 /// Takes vertices that move into edits that change the structure.
 void take_vertices(SceneState& scene, PendingEdits& edits) {
   for (const auto& [number, v] : edits.vertices) {
-    const DenseVertices dense(v.positions, v.stride, v.count);
+    const std::vector<glm::vec3> read = v.there ? read_vertices(*v.there) : std::vector<glm::vec3>();
+    const DenseVertices dense(v.there ? &read.data()->x : v.positions, v.there ? sizeof(glm::vec3) : v.stride, v.count);
     check_vertices(dense.all, fmt::format("mesh {}", number));
     const auto fresh = edits.meshes.find(number);
     const MeshState& mesh = fresh != edits.meshes.end() ? fresh->second : scene.meshes.at(number);
@@ -56,8 +61,9 @@ void commit_moves(SceneState& scene, PendingEdits& edits) {
   dense.reserve(edits.vertices.size());
   for (const auto& [number, v] : edits.vertices) {
     const std::size_t mesh = *edits.edits.mesh_index(number);
-    moved.push_back({all.first[mesh], all.triangles_of(mesh), scene.meshes.at(number).indices,
-                     dense.emplace_back(v.positions, v.stride, v.count).all, mesh, number});
+    MovedVertices& m = moved.emplace_back();
+    m = {all.first[mesh], all.triangles_of(mesh), scene.meshes.at(number).indices, {}, mesh, number, v.there};
+    if (!v.there) m.positions = dense.emplace_back(v.positions, v.stride, v.count).all;
   }
   SceneChange change{.vertices = moved, .transforms = edits.edits.transforms()};
   scene.world->commit(change, scene.update);
@@ -82,10 +88,8 @@ void commit_structure(SceneState& scene, PendingEdits& edits) {
   for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
 }
 
-void commit(SceneState& scene) {
-  if (!scene.pending) return;
-  PendingEdits edits = std::move(*scene.pending);  // gone, whatever follows
-  scene.pending.reset();
+/// Makes `edits` true, which were the scene's: they are gone, whatever follows.
+void commit(SceneState& scene, PendingEdits& edits) {
   separate_moved(scene, edits);
   if (edits.edits.changes_structure())
     commit_structure(scene, edits);
@@ -129,23 +133,25 @@ BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, u
 BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const BallotMesh* with) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const BallotMesh m = mesh_given(with, "ballot_scene_replace_mesh");
+    MovingVertices gone;
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "replacing a mesh");
     edits.edits.mesh_index(mesh);
     GivenMesh given = read_mesh(m, fmt::format("mesh {}", mesh));
     edits.edits.replace_mesh(mesh, std::move(given.geometry));
     edits.meshes.insert_or_assign(mesh, std::move(given.state));
-    edits.vertices.erase(mesh);
+    gone = edits.vertices.extract(mesh);
   });
 }
 
 BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t mesh) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    MovingVertices gone;
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "removing a mesh");
     edits.edits.remove_mesh(mesh);
     edits.meshes.erase(mesh);
-    edits.vertices.erase(mesh);
+    gone = edits.vertices.extract(mesh);
   });
 }
 
@@ -153,6 +159,7 @@ BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const 
                                        size_t stride) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     if (count) need(positions, "ballot_scene_set_vertices", "positions");
+    MovingVertices gone;
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "moving vertices", false);
     const MeshState& m = mesh_of(*state, mesh);
@@ -160,7 +167,24 @@ BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const 
       refuse(fmt::format("mesh {}: {} vertices, but the mesh was made with {}; replace the mesh by another", mesh,
                          count, m.vertices));
     const std::size_t bytes = vertex_stride(stride, count, fmt::format("mesh {}: stride", mesh));
-    edits.vertices.insert_or_assign(mesh, PendingEdits::Vertices{positions, bytes, count});
+    gone = edits.vertices.extract(mesh);
+    edits.vertices.emplace(mesh, PendingEdits::Vertices{positions, bytes, count});
+  });
+}
+
+BallotStatus ballot_scene_set_vertex_buffer(BallotScene* scene, uint32_t mesh, BallotBuffer* vertices) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    const auto from = use(vertices);
+    MovingVertices gone;
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "moving vertices", false);
+    const MeshState& m = mesh_of(*state, mesh);
+    const std::string where = fmt::format("mesh {}", mesh);
+    array_of<glm::vec3>(*from, *state, m.vertices, where.c_str(), "vertices");
+    const ballot::DeviceVertices there{.buffer = {from, &from->raw()}, .count = m.vertices};
+    check_there(there, *state->device->gpu, where);
+    gone = edits.vertices.extract(mesh);
+    edits.vertices.emplace(mesh, PendingEdits::Vertices{.count = m.vertices, .there = there});
   });
 }
 
@@ -229,14 +253,17 @@ BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instance
 
 BallotStatus ballot_scene_commit(BallotScene* scene) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    std::unique_ptr<PendingEdits> edits;
     const DeviceUse use(*state->device);
-    commit(*state);
+    edits.swap(state->pending);
+    if (edits) commit(*state, *edits);
   });
 }
 
 BallotStatus ballot_scene_discard(BallotScene* scene) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    std::unique_ptr<PendingEdits> edits;
     const DeviceUse use(*state->device);
-    state->pending.reset();
+    edits.swap(state->pending);
   });
 }

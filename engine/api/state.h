@@ -104,10 +104,11 @@ struct MeshState {
 
 /// Edits that wait for a commit.
 struct PendingEdits {
-  /// Vertices in the caller's memory.
+  /// Vertices in the caller's memory, or on the device.
   struct Vertices {
-    const float* positions;
-    std::size_t stride, count;
+    const float* positions = nullptr;
+    std::size_t stride = 0, count = 0;
+    std::optional<DeviceVertices> there = {};
   };
   PendingEdits(const Scene& scene, SceneNumbers& next) : edits(scene, next) {}
 
@@ -138,7 +139,7 @@ struct SceneState {
   std::optional<PlaceTable> places;  // there with the engine
   NormalTable normals;               // made by a call that asks for more of them than there are triangles
   SceneNumbers next;                 // of meshes and instances
-  std::optional<PendingEdits> pending;
+  std::unique_ptr<PendingEdits> pending;
   UpdateMode update = UpdateMode::Auto;
   std::uint64_t refits = 0;    // since the last build
   std::string sky;             // the one in use, as a picture named it; empty: the scene's own
@@ -181,7 +182,7 @@ struct BufferState {
   std::shared_ptr<DeviceState> device;
   std::size_t records = 0, record_bytes = 0;
   std::variant<std::monostate, Buffer<Ray>, Buffer<Hit>, Buffer<ProbePoint>, Buffer<Nearest>, Buffer<float>,
-               Buffer<std::uint32_t>>
+               Buffer<std::uint32_t>, Buffer<glm::vec3>>
       array;
   std::unique_ptr<CudaMemory> cuda;
   LastError error;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <thread>
 
 #include "tests/api/api.h"
@@ -190,6 +191,39 @@ class ApiEdits : public Api {
     EXPECT_EQ(a.distances, b.distances);
   }
 };
+
+/// Vertices of an array on the device give the scene that those of the host give; wrong ones change nothing.
+TEST_F(ApiEdits, VerticesOnTheDevice) {
+  for (const char* updates : {"refit", "rebuild"}) {
+    ballot::Scene here(*device_, {grid_.mesh()}, {.updates = updates});
+    ballot::Scene there(*device_, {grid_.mesh()}, {.updates = updates});
+    const Grid moved(16, 0.25f);
+    std::vector<ballot::Vertex> vertices(moved.positions.size() / 3);
+    std::memcpy(vertices.data(), moved.positions.data(), moved.positions.size() * sizeof(float));
+    std::optional<ballot::Array<ballot::Vertex>> array(std::in_place, *device_, vertices.size());
+    array->write(vertices);
+    here.set_vertices(0, moved.positions);
+    there.set_vertices(0, *array);
+    array.reset();  // the edit keeps it
+    here.commit(), there.commit();
+    const std::vector<ballot::Ray> rays = rays_down(500);
+    std::vector<ballot::Hit> expected(rays.size()), hits(rays.size());
+    here.trace(rays, expected), there.trace(rays, hits);
+    EXPECT_EQ(std::memcmp(hits.data(), expected.data(), hits.size() * sizeof(ballot::Hit)), 0);
+    EXPECT_EQ(there.triangles(), here.triangles());
+    ballot::Array<ballot::Vertex> wrong(*device_, vertices.size());
+    vertices[5].at[1] = INFINITY;
+    wrong.write(vertices);
+    there.set_vertices(0, wrong);
+    std::string text;
+    EXPECT_EQ(code_of([&] { there.commit(); }, &text), BALLOT_ERROR_ARGUMENT);
+    EXPECT_NE(text.find("mesh 0: vertex 5"), std::string::npos) << text;
+    there.trace(rays, hits);
+    EXPECT_EQ(std::memcmp(hits.data(), expected.data(), hits.size() * sizeof(ballot::Hit)), 0);
+    const ballot::Array<ballot::Vertex> few(*device_, 3);
+    EXPECT_EQ(code_of([&] { there.set_vertices(0, few); }), BALLOT_ERROR_ARGUMENT);
+  }
+}
 
 TEST_F(ApiEdits, AnswersAreThoseOfAFreshScene) {
   for (unsigned seed = 0; seed < 12; ++seed) {

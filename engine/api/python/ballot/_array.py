@@ -13,16 +13,17 @@ from ._device import Device, device_or_default
 from ._errors import Error
 
 _CPU, _CUDA = 1, 2
-_RECORDS = ("rays", "hits", "points", "nearest", "distances", "inside")  # as the extension numbers them
-_WIDTHS = {"rays": 8, "hits": 4, "points": 4, "nearest": 8, "distances": 1, "inside": 1}
+_RECORDS = ("rays", "hits", "points", "nearest", "distances", "inside", "vertices")  # as the extension numbers them
+_WIDTHS = {"rays": 8, "hits": 4, "points": 4, "nearest": 8, "distances": 1, "inside": 1, "vertices": 3}
 
 
 class Array(Closable):
-    """An array on a device, for Scene.trace_arrays() and Scene.nearest_arrays().
+    """An array on a device, for Scene.trace_arrays(), Scene.nearest_arrays() and Scene.set_vertices().
 
     record    "rays": rows of 8 float32, as Scene.trace() takes them; "hits": rows of 4, t, prim (its bits), u, v;
               "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z, distance, prim (its bits),
-              u, v, nothing; "distances": float32 of shape (count,); "inside": uint32 of shape (count,), 1 inside
+              u, v, nothing; "distances": float32 of shape (count,); "inside": uint32 of shape (count,), 1 inside;
+              "vertices": rows of 3, x, y, z
     count     number of records, 1 to 2^32 - 1
     device    a Device; None: the default one
     exported  True: other interfaces can use the memory; raises Error if the device cannot export. None: if it can.

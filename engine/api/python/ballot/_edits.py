@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _arrays, _ballot, _mesh, _query, _scene_arguments
+from ._array import Array
 from ._door import InstanceInfo, MeshInfo
 from ._mesh import Mesh
 
@@ -27,7 +28,7 @@ class Edits:
     _next: list[int]  # the numbers of meshes and instances that come next
     _edited: bool  # it may differ from what it was made of
     _changed: dict[int, Mesh | None]  # what edits make of meshes; None: nothing
-    _held: dict[int | str, np.ndarray]  # what commit() reads
+    _held: dict[int | str, np.ndarray | Array]  # what commit() reads
     _boxes: dict[int, np.ndarray] | None  # middle and half the size of meshes, by number; None: not known yet
     _places: np.ndarray | None  # number and mesh of each instance; None: not known yet
 
@@ -85,16 +86,22 @@ class Edits:
 
         mesh      its number
         vertices  (n, 3) float32 or float64, as many as before; of a mesh from a file, or without triangles, its corners
-                  (m, 3, 3) or (3 m, 3). Contiguous float32 is read in place, by commit(): leave it as it is until then
+                  (m, 3, 3) or (3 m, 3). Contiguous float32 is read in place, by commit(): leave it as it is until then.
+                  Or an Array of "vertices", which commit() reads on the device: trees that lie there follow without the
+                  host; wait for your own stream before
 
         The scene's `updates` says how the tree follows; one that a triangle gains or loses its area in is always built
         anew. commit() raises ValueError if a coordinate is not finite.
         """
         number = _query.integer(mesh, "mesh", 0, _MOST)
+        self._edited = True
+        if isinstance(vertices, Array):
+            self._handle.set_vertex_array(number, vertices._handle)
+            self._held[number] = vertices
+            return
         known = self._changed.get(number) or self._own.get(number)
         positions = _mesh.positions(vertices, f"mesh {number}: vertices", known is None or known.indices is None)
         self._handle.set_vertices(number, positions)
-        self._edited = True
         self._held[number] = positions
 
     def add_instances(self, instances: Any, meshes: Any = None, masks: Any = None) -> np.ndarray:
@@ -141,8 +148,8 @@ class Edits:
     def set_masks(self, instances: Any, masks: Any) -> None:
         """Sets the masks of instances: whole numbers below 2^32 for as many numbers of instances.
 
-        An instance of mask 0 is met by nothing. Crossings leave out an instance whose mask shares no bit with the
-        ray's (ray_masks).
+        An instance of mask 0 is met by nothing. A ray leaves out an instance whose mask shares no bit with its own
+        (trace()'s masks).
         """
         which = _mesh.numbers(instances, "instances")
         self._handle.set_masks(which, _mesh.masks(masks, len(which)))

@@ -150,6 +150,13 @@ void set_vertices(const SceneObject& self, std::uint32_t mesh, const nb::object&
   edit(self, [=, v = Vectors(vertices)](Scene& s) { return s.set_vertices(mesh, v.numbers, v.stride), true; });
 }
 
+void set_vertex_array(const SceneObject& self, std::uint32_t mesh, const ArrayObject& vertices) {
+  edit(self, [=, from = vertices.use()](Scene& s) {
+    check(ballot_scene_set_vertex_buffer(s.handle(), mesh, from->get()));
+    return true;
+  });
+}
+
 auto add_instances(const SceneObject& self, const Objects& instances) {
   std::vector<std::uint32_t> numbers =
       edit(self, [given = InstanceArrays(instances)](Scene& s) { return s.add_instances(given.instances); });
@@ -229,6 +236,7 @@ void bind_scenes(nb::module_& m) {
       .def("replace_mesh", &replace_mesh)
       .def("remove_mesh", &remove_mesh)
       .def("set_vertices", &set_vertices)
+      .def("set_vertex_array", &set_vertex_array)
       .def("add_instances", &add_instances)
       .def("remove_instances", &remove_instances)
       .def("set_transforms", &set_transforms, nb::arg(), nb::arg().none())

@@ -1,6 +1,7 @@
 """Arrays on the device."""
 
 import os
+import pickle
 import unittest
 
 import ballot
@@ -35,6 +36,36 @@ class Arrays(unittest.TestCase):
         np.testing.assert_array_equal(out, self.hits[2:9])
         hits.write(self.hits[:3], first=497)
         np.testing.assert_array_equal(hits.read(first=497), self.hits[:3])
+
+    def test_vertices(self):
+        """A commit from an array on the device gives the scene that one from the host gives, also pickled."""
+        for size in (100, 70000):  # trees of the host, and perhaps of the device
+            v, t = ref.soup(size)
+            for builder in ("device", "balanced"):
+                here, there = (ballot.Scene(v, t, builder=builder) for _ in range(2))
+                array = ballot.Array("vertices", len(v) + 5)
+                for step in range(3):
+                    moved = (v + np.float32(0.01 * step) * v[::-1]).astype(np.float32)
+                    here.set_vertices(0, moved)
+                    here.commit()
+                    array.write(np.pad(moved, ((0, 5), (0, 0))))
+                    there.set_vertices(0, array)
+                    there.commit()
+                    want = here.trace(self.rays)
+                    self.assertEqual(there.trace(self.rays).tobytes(), want.tobytes())
+                np.testing.assert_array_equal(there.triangles(), here.triangles())
+                again = pickle.loads(pickle.dumps(there)) if size == 100 else there
+                self.assertEqual(again.trace(self.rays, numeric="exact").tobytes(),
+                                 here.trace(self.rays, numeric="exact").tobytes())  # fmt: skip
+                array.write(np.full((1, 3), np.nan, np.float32), first=7)
+                there.set_vertices(0, array)
+                with self.assertRaisesRegex(ValueError, "mesh 0: vertex 7"):
+                    there.commit()
+                self.assertEqual(there.trace(self.rays).tobytes(), want.tobytes())
+        with self.assertRaisesRegex(ValueError, "the buffer of vertices holds other records"):
+            there.set_vertices(0, ballot.Array("distances", len(v)))
+        with self.assertRaisesRegex(ValueError, "mesh 0: "):
+            there.set_vertices(0, ballot.Array("vertices", len(v) - 1))
 
     def test_points(self):
         cube = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
