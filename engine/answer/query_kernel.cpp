@@ -78,13 +78,14 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
 }
 
 QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines, bool wide,
-                         SpecConstants constants)
+                         SpecConstants constants, OwnText own)
     : gpu_(gpu),
       tree_(tree),
       name_(std::move(name)),
       defines_(std::move(defines)),
       wide_(wide),
       constants_(std::move(constants)),
+      own_(std::move(own)),
       config_(variant_for(gpu.info(), wide, tree).config),
       work_(gpu, 1, Access::Storage, "query work counter") {}
 
@@ -97,6 +98,7 @@ void QueryKernel::prepare() {
   const Variant variant = variant_for(gpu_.info(), wide_, tree_);
   KernelSource source_now = source_of(name_, variant, gpu_.info(), tree_.facts(), defines_);
   source_now.constants.insert(constants_.begin(), constants_.end());
+  if (!own_.text.empty()) source_now.text = own_.text, source_now.name = own_.name, source_now.robust = true;
   const bool fresh = refresh(gpu_, kernel_, source_now);
   if (!fresh && generation_ == tree_.generation()) return;
   // The kernel is compiled for facts of the tree: another depth needs another stack size.
@@ -110,7 +112,7 @@ void QueryKernel::prepare() {
   arrays_ = {tree_, {format, LeafFormat::Vertices, config_.tree_access(), !wide_, source}};
   arrays_.bind(*kernel_, config_.fetch);
   kernel_->bind(BIND_WORK, work_);
-  kernel_->bind(BIND_HITS, work_);  // for kernels that write no hits; the frame declares the binding
+  if (kernel_->wants(BIND_HITS)) kernel_->bind(BIND_HITS, work_);  // for kernels that write no hits
   generation_ = tree_.generation();
   gpu_.save_pipeline_cache();
 }

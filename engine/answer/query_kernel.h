@@ -25,14 +25,19 @@ KernelSource query_source(const std::string& name, const DeviceInfo& device, con
 /// Specialisation constants by id.
 using SpecConstants = std::map<std::uint32_t, std::uint32_t>;
 
+/// A kernel whose text is no file (KernelSource::text), and what messages call it.
+struct OwnText {
+  std::string text, name;
+};
+
 /// A kernel with the arrays of a tree or a forest. One invocation answers one query. Belongs to the thread of its
 /// Context.
 class QueryKernel {
  public:
   /// Keeps references to gpu and tree. Throws Error(Work) if the kernel does not compile. `wide`: it walks the
-  /// eight-wide tree. `constants`: in addition to those of every kernel.
+  /// eight-wide tree. `constants`: in addition to those of every kernel. `own`: a text in the place of the file's.
   QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defines defines = {}, bool wide = false,
-              SpecConstants constants = {});
+              SpecConstants constants = {}, OwnText own = {});
 
   bool is_wide() const { return wide_; }
   /// Returns the way in which the kernel reads the tree.
@@ -42,7 +47,7 @@ class QueryKernel {
   std::uint32_t most() const;
 
   /// Binds a buffer, as Kernel::bind(). Call it after each prepare().
-  void bind(std::uint32_t binding, const RawBuffer& buffer) { kernel_->bind(binding, buffer); }
+  void bind(std::uint32_t binding, const BufferPart& part) { kernel_->bind(binding, part); }
   /// Binds what the kernel reads of surfaces. Call it after each prepare().
   void bind(const SurfaceAlpha& alpha) { alpha.bind(*kernel_); }
   /// Makes or renews the kernel, if the tree or the shaders changed.
@@ -77,6 +82,7 @@ class QueryKernel {
   Defines defines_;
   bool wide_;
   SpecConstants constants_;
+  OwnText own_;
   KernelConfig config_;
   std::unique_ptr<Kernel> kernel_;
   KernelSource source_;           // that it was made from

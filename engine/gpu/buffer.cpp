@@ -120,6 +120,7 @@ void RawBuffer::allocate(Access access) {
   if (has(access, Access::Texel)) create.usage |= VK_BUFFER_USAGE_UNIFORM_TEXEL_BUFFER_BIT;
   if (has(access, Access::Address)) create.usage |= VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
   if (has(access, Access::Indirect)) create.usage |= VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+  if (has(access, Access::Uniform)) create.usage |= VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT;
   VkExternalMemoryBufferCreateInfo external{};
   external.sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO;
   external.handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;

@@ -14,7 +14,7 @@ namespace ballot {
 /// its limits. On a CPU device a storage buffer is a texel buffer too, unless it is too large for one. Indirect: holds
 /// indirect arguments. Host: lies in the host's memory, for what the host reads or writes. Exported: other interfaces
 /// can use its memory (export_fd()). Parts: kernels have parts of it bound (BufferPart), which alone keep the device's
-/// limit.
+/// limit. Uniform: holds a block of numbers that all invocations read.
 enum class Access : std::uint32_t {
   Storage = 1,
   Texel = 2,
@@ -22,7 +22,8 @@ enum class Access : std::uint32_t {
   Indirect = 8,
   Host = 16,
   Exported = 32,
-  Parts = 64
+  Parts = 64,
+  Uniform = 128
 };
 constexpr Access operator|(Access a, Access b) { return Access(std::uint32_t(a) | std::uint32_t(b)); }
 constexpr bool has(Access set, Access one) { return (std::uint32_t(set) & std::uint32_t(one)) != 0; }

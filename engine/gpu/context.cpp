@@ -225,8 +225,13 @@ void Context::create_device() {
   faults.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FAULT_FEATURES_EXT;
   faults.deviceFault = VK_TRUE;
   if (info_.fault_reports) faults.pNext = std::exchange(v12.pNext, &faults);
+  VkPhysicalDevicePipelineRobustnessFeaturesEXT robustness{};
+  robustness.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_ROBUSTNESS_FEATURES_EXT;
+  robustness.pipelineRobustness = VK_TRUE;
+  if (info_.pipeline_robustness) robustness.pNext = std::exchange(v12.pNext, &robustness);
   auto extensions = optional_extensions(vk_, physical_);
   if (info_.fault_reports) extensions.push_back(VK_EXT_DEVICE_FAULT_EXTENSION_NAME);
+  if (info_.pipeline_robustness) extensions.push_back(VK_EXT_PIPELINE_ROBUSTNESS_EXTENSION_NAME);
   if (surface_) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
   VkDeviceCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;

@@ -36,11 +36,12 @@ struct DeviceInfo {
   std::uint32_t api_version = 0;
   std::uint32_t subgroup_size = 0, min_subgroup_size = 0, max_subgroup_size = 0;
   std::uint32_t max_group_invocations = 0, max_group_size_x = 0, max_group_count_x = 0, max_group_subgroups = 0;
-  std::uint64_t max_storage_range = 0;  // bytes that a storage buffer binding may cover
-  std::uint64_t max_texels = 0;         // elements of a texel buffer
-  std::uint64_t max_allocation = 0;     // bytes that surely can be allocated at once
-  std::uint64_t max_buffer = 0;         // bytes; beyond max_allocation a GPU's driver may say that it has no room
-  std::uint32_t shared_bytes = 0;       // bytes of shared memory for a workgroup
+  std::uint64_t max_storage_range = 0;    // bytes that a storage buffer binding may cover
+  std::uint32_t max_storage_buffers = 0;  // that a kernel can have bound
+  std::uint64_t max_texels = 0;           // elements of a texel buffer
+  std::uint64_t max_allocation = 0;       // bytes that surely can be allocated at once
+  std::uint64_t max_buffer = 0;           // bytes; beyond max_allocation a GPU's driver may say that it has no room
+  std::uint32_t shared_bytes = 0;         // bytes of shared memory for a workgroup
   std::uint32_t timestamp_bits = 0;
   double timestamp_ns = 0;                            // nanoseconds per tick; 0: no timestamps
   bool size_control = false, full_subgroups = false;  // VK_EXT_subgroup_size_control
@@ -48,6 +49,7 @@ struct DeviceInfo {
   bool shuffle = false, arithmetic = false, buffer_address = false, float64 = false;
   bool pipeline_statistics = false;  // VK_KHR_pipeline_executable_properties
   bool fault_reports = false;        // VK_EXT_device_fault: a lost device tells why
+  bool pipeline_robustness = false;  // VK_EXT_pipeline_robustness: kernels may keep indices within buffers
   bool memory_fd = false;            // VK_KHR_external_memory_fd: other interfaces can use its memory
   // VK_EXT_external_memory_host: the device can use memory of the host in place. It imports whole multiples of
   // host_page (0: it cannot), in which buffers begin at multiples of buffer_alignment.
@@ -60,6 +62,9 @@ struct DeviceInfo {
   /// Returns true for a GPU with memory of its own.
   bool is_discrete() const { return type == VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU; }
   Driver known_driver() const;
+  /// Returns true if kernels that ask for it (KernelSource::robust) keep indices within their storage buffers. Mesa's
+  /// llvmpipe does so in every kernel.
+  bool robust_buffers() const { return pipeline_robustness || known_driver() == Driver::Llvmpipe; }
   /// Returns the version of a Mesa driver as a number (22.3.6 as 220306), or 0 for other drivers.
   std::uint32_t mesa_version() const;
 };

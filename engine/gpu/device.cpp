@@ -64,6 +64,7 @@ void read_limits(DeviceInfo& info, const DeviceProperties& p) {
   info.max_group_size_x = limits.maxComputeWorkGroupSize[0];
   info.max_group_count_x = limits.maxComputeWorkGroupCount[0];
   info.max_storage_range = limits.maxStorageBufferRange;
+  info.max_storage_buffers = limits.maxPerStageDescriptorStorageBuffers;
   info.max_texels = limits.maxTexelBufferElements;
   info.max_allocation = info.max_buffer = p.v11.maxMemoryAllocationSize;
   // What a driver surely allocates at once is not the most that it can: 4 GiB on GPUs that have 141 GB. GPUs' drivers
@@ -120,6 +121,18 @@ bool reports_faults(const Vulkan& vk, VkPhysicalDevice device, const std::vector
   return faults.deviceFault == VK_TRUE;
 }
 
+bool keeps_indices_within(const Vulkan& vk, VkPhysicalDevice device,
+                          const std::vector<VkExtensionProperties>& extensions) {
+  if (!has_extension(extensions, VK_EXT_PIPELINE_ROBUSTNESS_EXTENSION_NAME)) return false;
+  VkPhysicalDevicePipelineRobustnessFeaturesEXT robustness{};
+  robustness.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_ROBUSTNESS_FEATURES_EXT;
+  VkPhysicalDeviceFeatures2 features{};
+  features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+  features.pNext = &robustness;
+  vk.GetPhysicalDeviceFeatures2(device, &features);
+  return robustness.pipelineRobustness == VK_TRUE;
+}
+
 DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   const auto extensions = extensions_of(vk, device);
   const bool size_control = has_extension(extensions, VK_EXT_SUBGROUP_SIZE_CONTROL_EXTENSION_NAME);
@@ -169,6 +182,7 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   read_limits(info, p);
   read_subgroups(info, p, f, size_control, uniform_flow);
   info.fault_reports = reports_faults(vk, device, extensions);
+  info.pipeline_robustness = keeps_indices_within(vk, device, extensions);
   info.memory_fd = has_extension(extensions, VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME);
   std::memcpy(info.uuid, p.v11.deviceUUID, VK_UUID_SIZE);
   info.refusals = refusals_of(p, f);

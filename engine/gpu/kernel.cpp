@@ -9,7 +9,7 @@ namespace ballot {
 Kernel::Kernel(Context& gpu, const KernelSource& source)
     : gpu_(gpu), name_(source.name), generation_(gpu.shader_generation()), pipeline_(pipeline_of(gpu, source)) {
   const Reflection& reflection = pipeline_->reflection();
-  for (const auto* bindings : {&reflection.storage_buffers, &reflection.texel_buffers})
+  for (const auto* bindings : {&reflection.storage_buffers, &reflection.texel_buffers, &reflection.uniform_buffers})
     for (const std::uint32_t b : *bindings) bound_[b] = {};
 }
 
@@ -30,6 +30,7 @@ Kernel::Set Kernel::create_set() {
   };
   add(reflection.storage_buffers, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
   add(reflection.texel_buffers, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);
+  add(reflection.uniform_buffers, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
   const VkDescriptorSetLayout set_layout = pipeline_->set_layout();
   VkDescriptorPoolCreateInfo pool{};
   pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
@@ -61,16 +62,21 @@ void Kernel::bind(std::uint32_t binding, const BufferPart& part) {
 }
 
 void Kernel::write(const Set& set) const {
-  const std::vector<std::uint32_t>& texels = pipeline_->reflection().texel_buffers;
+  const Reflection& reflection = pipeline_->reflection();
+  const auto holds = [](const std::vector<std::uint32_t>& bindings, std::uint32_t b) {
+    return std::ranges::count(bindings, b) > 0;
+  };
   for (const auto& [binding, bound] : bound_) {
-    const bool texel = std::ranges::count(texels, binding) > 0;
+    const bool texel = holds(reflection.texel_buffers, binding);
     const VkDescriptorBufferInfo info{bound.buffer, bound.offset, bound.bytes};
     VkWriteDescriptorSet write{};
     write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
     write.dstSet = set.set;
     write.dstBinding = binding;
     write.descriptorCount = 1;
-    write.descriptorType = texel ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+    write.descriptorType = texel                                        ? VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER
+                           : holds(reflection.uniform_buffers, binding) ? VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER
+                                                                        : VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
     write.pBufferInfo = texel ? nullptr : &info;
     write.pTexelBufferView = texel ? &bound.view : nullptr;
     gpu_.vk().UpdateDescriptorSets(gpu_.device(), 1, &write, 0, nullptr);

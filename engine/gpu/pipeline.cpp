@@ -79,12 +79,16 @@ void ComputePipeline::create(const KernelSource& source, const std::vector<std::
 }
 
 void ComputePipeline::create_layout(const std::string& name) {
+  if (reflection_.storage_buffers.size() > gpu_.info().max_storage_buffers)
+    fail(Failure::Work, "kernel {} reads and writes {} buffers, but {} allows a kernel {}", name,
+         reflection_.storage_buffers.size(), gpu_.info().name, gpu_.info().max_storage_buffers);
   std::vector<VkDescriptorSetLayoutBinding> bindings;
   const auto add = [&](const std::vector<std::uint32_t>& list, VkDescriptorType type) {
     for (std::uint32_t b : list) bindings.push_back({b, type, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr});
   };
   add(reflection_.storage_buffers, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER);
   add(reflection_.texel_buffers, VK_DESCRIPTOR_TYPE_UNIFORM_TEXEL_BUFFER);
+  add(reflection_.uniform_buffers, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER);
   VkDescriptorSetLayoutCreateInfo set{};
   set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
   set.bindingCount = std::uint32_t(bindings.size());
@@ -126,6 +130,10 @@ void ComputePipeline::create_pipeline(const KernelSource& source, VkShaderModule
   if (d.full_subgroups && source.group_size % subgroup == 0)
     create.stage.flags = VK_PIPELINE_SHADER_STAGE_CREATE_REQUIRE_FULL_SUBGROUPS_BIT_EXT;
   create.layout = layout_;
+  VkPipelineRobustnessCreateInfoEXT robustness{};
+  robustness.sType = VK_STRUCTURE_TYPE_PIPELINE_ROBUSTNESS_CREATE_INFO_EXT;
+  robustness.storageBuffers = VK_PIPELINE_ROBUSTNESS_BUFFER_BEHAVIOR_ROBUST_BUFFER_ACCESS_EXT;
+  if (source.robust && d.pipeline_robustness) create.pNext = &robustness;
   if (gpu_.keeps_statistics()) create.flags |= VK_PIPELINE_CREATE_CAPTURE_STATISTICS_BIT_KHR;
   constexpr std::uint64_t kCompiling = 128 << 20;  // address space of LLVM for the largest kernel, with some to spare
   if (d.is_cpu()) need_driver_space(kCompiling, 0, "compiling kernel " + source.name);
@@ -167,10 +175,10 @@ struct Pipelines {
 namespace {
 
 std::string key_of(const KernelSource& source) {
-  std::string key = fmt::format("{} {} {}", source.file, source.group_size, source.subgroup_size);
+  std::string key = fmt::format("{} {} {} {}", source.file, source.group_size, source.subgroup_size, source.robust);
   for (const auto& [name, value] : source.defines) key += fmt::format(" {}={}", name, value);
   for (const auto& [id, value] : source.constants) key += fmt::format(" {}:{}", id, value);
-  return key;
+  return key + source.text;
 }
 
 Pipelines::Entry& entry_of(Context& gpu, const KernelSource& source) {
@@ -183,7 +191,8 @@ Pipelines::Entry& entry_of(Context& gpu, const KernelSource& source) {
 /// 0.5 %.
 Spirv compiled(Context& gpu, const KernelSource& source) {
   const Calls calls = gpu.info().is_cpu() ? Calls::Inlined : Calls::Kept;
-  Spirv spirv = compile_shader(source.file, defines_of(source, gpu.info()), true, calls);
+  Spirv spirv =
+      compile_shader(source.file, defines_of(source, gpu.info()), true, calls, {source.text, "kernel " + source.name});
   if (!spirv.from_cache) gpu.note_compiled();
   return spirv;
 }

@@ -15,10 +15,12 @@ namespace ballot {
 struct KernelSource {
   std::string name = {};  // of the variant, in debug names, logs and errors
   std::string file = {};  // path under shaders/
+  std::string text = {};  // in the place of the file's, which need not be there; its #includes are relative to it
   Defines defines = {};
   std::map<std::uint32_t, std::uint32_t> constants = {};  // specialisation constants by id
   std::uint32_t group_size = 64;                          // invocations in a workgroup
   std::uint32_t subgroup_size = 0;                        // required subgroup size; 0: the driver chooses
+  bool robust = false;  // indices are kept within storage buffers, where the device can (DeviceInfo::robust_buffers)
 };
 
 /// Returns the defines that a kernel is compiled with on a device: those of its source, and BALLOT_TEXEL_RECORDS

@@ -54,6 +54,7 @@ Reflection reflect(const std::vector<std::uint32_t>& words, const std::string& n
     try {
       r.storage_buffers = bindings_of(compiler, resources, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, name);
       r.texel_buffers = bindings_of(compiler, resources, SPVC_RESOURCE_TYPE_SAMPLED_IMAGE, name);
+      r.uniform_buffers = bindings_of(compiler, resources, SPVC_RESOURCE_TYPE_UNIFORM_BUFFER, name);
       r.push_bytes = push_bytes_of(compiler, resources);
     } catch (const Error& e) {
       problem = e.what();

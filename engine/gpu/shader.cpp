@@ -97,10 +97,10 @@ struct ParsedShader {
   const char* path_pointer;
   glslang::TShader shader;
 
-  ParsedShader(const fs::path& file, const Defines& defines)
+  ParsedShader(const fs::path& file, const Defines& defines, const GivenText& given)
       : stage(stage_of(file)),
         path(file.string()),
-        text(read_text(file)),
+        text(given.text.empty() ? read_text(file) : given.text),
         preamble(preamble_of(defines)),
         text_pointer(text.c_str()),
         path_pointer(path.c_str()),
@@ -129,13 +129,13 @@ std::vector<std::string_view> includes_of(std::string_view text) {
 
 /// Returns the texts of a file and of all files that it may include, each once. Reading them takes less than a
 /// millisecond; preprocessing them took 2 to 10, and 80 the first time.
-std::string with_includes(const fs::path& file) {
+std::string with_includes(const fs::path& file, const GivenText& given) {
   std::vector<fs::path> files{file.lexically_normal()};
   std::string all;
   for (std::size_t i = 0; i < files.size(); ++i) {
     std::string text;
     try {
-      text = read_text(files[i]);
+      text = i == 0 && !given.text.empty() ? given.text : read_text(files[i]);
     } catch (const Error&) {
       if (i == 0) throw;  // the compiler names the #include of another, if it is taken
     }
@@ -148,17 +148,17 @@ std::string with_includes(const fs::path& file) {
   return all;
 }
 
-std::vector<std::uint32_t> compile(const fs::path& file, const Defines& defines) {
+std::vector<std::uint32_t> compile(const fs::path& file, const Defines& defines, const GivenText& given) {
   static const GlslangProcess process;
-  ParsedShader source(file, defines);
+  ParsedShader source(file, defines, given);
+  const std::string named = given.text.empty() ? "shader " + file.string() : given.named;
   Includer includer;
   const TBuiltInResource limits = compile_limits();
   if (!source.shader.parse(&limits, 460, ENoProfile, false, false, kMessages, includer))
-    fail(Failure::Work, "shader {} does not compile:\n{}", file.string(), source.shader.getInfoLog());
+    fail(Failure::Work, "{} does not compile:\n{}", named, source.shader.getInfoLog());
   glslang::TProgram program;
   program.addShader(&source.shader);
-  if (!program.link(kMessages))
-    fail(Failure::Work, "shader {} does not link:\n{}", file.string(), program.getInfoLog());
+  if (!program.link(kMessages)) fail(Failure::Work, "{} does not link:\n{}", named, program.getInfoLog());
   std::vector<unsigned int> words;
   glslang::SpvOptions options;
   options.disableOptimizer = true;
@@ -226,15 +226,18 @@ fs::path shader_folder() {
   return program_lies_in(source.parent_path()) && holds_shaders(source) ? source : fs::path();
 }
 
-Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache, Calls calls) {
+std::string texts_of(const std::string& file) { return with_includes(shader_folder() / file, {}); }
+
+Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache, Calls calls,
+                     const GivenText& given) {
   const Timer timer;
   const fs::path path = shader_folder() / file;
-  const fs::path cached = cache_folder() / "spirv" / (cache_key(with_includes(path), defines, calls) + ".spv");
+  const fs::path cached = cache_folder() / "spirv" / (cache_key(with_includes(path, given), defines, calls) + ".spv");
   Spirv result;
   if (use_cache) result.words = load_cached(cached);
   result.from_cache = !result.words.empty();
   if (!result.from_cache) {
-    result.words = compile(path, defines);
+    result.words = compile(path, defines, given);
     if (calls == Calls::Inlined) result.words = inlined(result.words);
     if (use_cache) store_cached(cached, result.words);
   }

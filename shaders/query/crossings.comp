@@ -90,47 +90,7 @@ void main() {
 #if BALLOT_FIRST
   begin_first(SCENE_END(w));
 #endif
-  bool unsure = false;
-  do {
-    find_leaves(w);
-    uint left = 0u, texel = 0u;  // triangles of the leaf that are still to be tested, and the next one
-    if (leaf_count != 0u) {
-      do {
-        if (left == 0u) {
-          uint leaf = next_leaf();
-          texel = (leaf & LEAF_TEXEL_MASK) + LEAF_HEADER_TEXELS;
-          left = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
-        }
-        Hit hit;
-        Doubt doubt;
-        bool crossed = crosses(w, texel, hit, doubt);
-#if BALLOT_FIRST && !BALLOT_EXACT
-        if (crossed) take_first(hit);
-        SET_REACH(w, last_first())
-#elif BALLOT_FIRST
-        crossed = crossed && doubt.low <= REACH;
-        if (crossed) take_first(doubt.high);
-        if (doubt.open) open_t = smaller(open_t, doubt.low);
-        SET_REACH(w, last_first())
-#else
-        unsure = unsure || doubt.open;
-#endif
-        found += uint(crossed);
-#if BALLOT_LISTS != LISTS_NONE && (!BALLOT_FIRST || BALLOT_EXACT)
-        if (crossed) list(record_of(hit, scale));
-#endif
-        texel += TRIANGLE_TEXELS;
-        --left;
-#if BALLOT_ANY
-        if (crossed) {
-          live = false;
-          left = 0u;
-          end_walk();
-        }
-#endif
-      } while (leaf_count + left != 0u);
-    }
-  } while (IS_UNDER_WAY(w, live));
+#include "../lib/query/crossing_walk.glsl"
 #if BALLOT_FIRST && BALLOT_EXACT
   unsure = open_t <= REACH;
 #elif BALLOT_FIRST

@@ -16,6 +16,10 @@
 #define BIND_RECORDS 24         // out: the records of lists
 #define BIND_ROWS 25            // in: the same in rows
 
+// Kernels of users (lib/called/scene.glsl): their numbers, and the first of their arrays.
+#define BIND_USER_NUMBERS 32
+#define BIND_USER_ARRAYS 33
+
 // The parts of a triangle: corners 0, 1, 2, edges 0 1, 1 2, 2 0, and the inside. All but the inside have a pseudonormal
 // (engine/tree/host/pseudonormals.h), in this order.
 #define PART_EDGE 3u

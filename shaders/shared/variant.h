@@ -27,7 +27,9 @@
 
 // Defines that knobs set have their values in knobs.h, written from engine/answer/knobs.h. The others:
 //
-// BALLOT_ANY_HIT           1: any hit ends a ray. 0: the nearest hit is searched for.
+// BALLOT_ANY_HIT           1: any hit ends a ray. 0: the nearest hit is searched for. Kernels of users
+//                          (lib/called/scene.glsl) may do either:
+#define ANY_HIT_ASKED 2     // `takes_any` tells
 // BALLOT_INDIRECT          1: the ray count is read from BIND_INDIRECT, entry push.ray_end.
 // BALLOT_CAMERA            1: the kernel generates the rays of camera push.camera of BIND_CAMERAS
 //                          (lib/camera/camera_samples.glsl) instead of reading rays; its kind: lib/camera/camera.glsl.

@@ -75,7 +75,7 @@ void step_down(Walker w, uint octant) {
 void meet_leaf(inout Walker w) {
   visit_leaf(w, take_leaf(leaves_left), true);
 #if BALLOT_ANY_HIT
-  if (w.hit.prim != NO_HIT) nodes_left.hits = leaves_left.hits = 0u;
+  if (HAS_ENDED(w.hit)) nodes_left.hits = leaves_left.hits = 0u;
 #endif
 }
 

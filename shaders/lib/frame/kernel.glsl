@@ -51,7 +51,9 @@ layout(push_constant, scalar) uniform Push { TracePush push; };
 #endif
 
 // Rays and hits are read and written in units of 16 bytes: a compiler loads each scalar of a scalar record by itself.
-#if BALLOT_CAMERA
+#ifdef METHOD_CALLED
+#include "../called/frame.glsl"
+#elif BALLOT_CAMERA
 layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { PrimaryPush cameras[]; };
 layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
 #include "../camera/camera_samples.glsl"
@@ -62,13 +64,17 @@ vec4 ray_half(uint i) { return uintBitsToFloat(texelFetch(ray_texels, int(i))); 
 layout(set = 0, binding = BIND_RAYS, std430) readonly buffer Rays { vec4 ray_halves[]; };
 vec4 ray_half(uint i) { return ray_halves[i]; }
 #endif
+#ifndef METHOD_CALLED
 layout(set = 0, binding = BIND_HITS, std430) writeonly buffer Hits { uvec4 hit_words[]; };
+#endif
 layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
 
 #include "doubtful.glsl"
 
 // The end of the ray range: rays before RAY_END are traced.
-#if BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
+#ifdef METHOD_CALLED
+#define RAY_END 1u
+#elif BALLOT_DOUBTFUL == DOUBTFUL_TAKEN
 uint ray_end;  // set by main()
 #define RAY_END ray_end
 #elif BALLOT_INDIRECT
@@ -118,7 +124,9 @@ uvec4 leaf_texel(uint texel) { return TEXEL_AT(push.leaves_lo, push.leaves_hi, L
 #endif
 
 Ray load_ray(uint index) {
-#if BALLOT_CAMERA
+#ifdef METHOD_CALLED
+  return asked_ray;
+#elif BALLOT_CAMERA
   return camera_ray_of(cameras[push.camera], pixel_sample(samples_of(cameras[push.camera]), RAY_AT(index)));
 #else
   uint ray = RAY_AT(index);

@@ -14,7 +14,7 @@ void leave_instance(Walker w, inout bool live) {
   live = live && !has_given_up();
 #endif
 #if BALLOT_ANY_HIT
-  live = live && best.prim == NO_HIT;
+  live = live && GOES_ON(best);
 #endif
 #if BALLOT_ANY_HIT || BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
 #if TOP_TOGETHER

@@ -44,7 +44,10 @@ vec4 point_texel(uint texel) { return point_texels[texel]; }
 #endif
 
 // The instance that is walked.
-uint instance, first_prim;  // its number, and that of its first triangle
+uint instance;  // its number
+#ifndef RAY_INSTANCES
+uint first_prim;  // the number of its first triangle
+#endif
 vec4 move_x, move_y, move_z;  // the rows of (M, t)
 vec3 box_x;                 // the rows of T, each from its diagonal on
 vec2 box_y;
@@ -53,9 +56,13 @@ vec3 box_from;  // q
 float box_pad;
 
 // The nodes of the top-level tree that are still to be visited.
+#ifndef RAY_INSTANCES
 uint top_stack[TOP_STACK_SIZE];
+#endif
 float top_near[TOP_STACK_SIZE];
+#ifndef RAY_INSTANCES
 uint top_height;
+#endif
 
 // Returns the corners of a triangle in the world.
 Corners moved_corners(TriangleTexels triangle) {

@@ -46,6 +46,7 @@ vec3 world_inv;    // its reciprocal direction
 float world_scale;  // of t, from this scale to the given ray's
 Hit best;          // the nearest hit so far: t on the scale of `world`, the number of its triangle
 float best_open;   // no triangle that a walk has left open is hit before this t (numeric.glsl)
+#define RAY_INSTANCES  // has top_stack, top_height and first_prim
 uint top_stack[TOP_STACK_SIZE];
 uint top_height, top_node;
 uint first_prim;     // number of the first triangle of the instance that is walked

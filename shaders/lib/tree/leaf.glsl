@@ -28,6 +28,16 @@ bool is_dead(Ray ray) {
   return !finite || IS_EMPTY_RANGE(ray.t_min, ray.t_max) || max(a.x, max(a.y, a.z)) < 1.17549435e-38;
 }
 
+// Whether a walk for any hit has come to its end, or goes on.
+#if BALLOT_ANY_HIT == ANY_HIT_ASKED
+bool takes_any;
+#define HAS_ENDED(hit) (takes_any && (hit).prim != NO_HIT)
+#define GOES_ON(hit) (!takes_any || (hit).prim == NO_HIT)
+#else
+#define HAS_ENDED(hit) ((hit).prim != NO_HIT)
+#define GOES_ON(hit) ((hit).prim == NO_HIT)
+#endif
+
 Walker make_walker(Ray given) {
   Walker w;
   w.ray = scaled_ray(given);
@@ -66,7 +76,11 @@ void consider(inout Walker w, uint block, uint i) {
   bool hit = hit_triangle(w.ray, w.space, triangle, t, u, v);
   if (hit && may_count(w.space, t, w.ray, w.hit)) {
     uint place = triangle_place(triangle, block, i);
+#ifdef CALLED_ACCEPT
+    if (nearer(w.space, t, place, w.hit) && is_accepted(Hit(t, place, u, v))) w.hit = Hit(t, place, u, v);
+#else
     if (nearer(w.space, t, place, w.hit)) w.hit = Hit(t, place, u, v);
+#endif
   }
 }
 

@@ -1,5 +1,7 @@
 // The arrays of two levels (shared/layout.h), and the way from the tree of one mesh to that of another.
 
+#ifndef MESHES
+#define MESHES  // once, where rays and points are asked about
 #if BALLOT_FETCH == FETCH_STORAGE
 layout(set = 0, binding = BIND_TOP, scalar) readonly buffer Top { uvec4 top_texels[]; };
 layout(set = 0, binding = BIND_MESHES, scalar) readonly buffer Meshes { uvec4 mesh_texels[]; };
@@ -38,3 +40,4 @@ vec3 in_object(vec4 x, vec4 y, vec4 z, vec3 v) {
                             z.x * v.x + z.y * v.y + z.z * v.z);
   return moved;
 }
+#endif

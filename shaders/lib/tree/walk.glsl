@@ -65,7 +65,7 @@ shared uint ray_stacks[RAY_STACK_SIZE * gl_WorkGroupSize.x];
   {                                                                \
     visit_leaf(w, node, true);                                     \
     node = STACK_AT(--top);                                        \
-    if (w.hit.prim != NO_HIT) node = END_OF_TREE;                  \
+    if (HAS_ENDED(w.hit)) node = END_OF_TREE;                      \
   }
 #else
 #define WALK_LEAF(w, node, top)                                    \

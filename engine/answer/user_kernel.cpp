@@ -1,0 +1,124 @@
+#include "engine/answer/user_kernel.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "engine/answer/point_instances.h"
+#include "engine/answer/query_kernel.h"
+#include "engine/answer/user_text.h"
+#include "engine/core/error.h"
+#include "engine/core/registry.h"
+
+namespace ballot {
+
+struct UserKernel::Parts {
+  Parts(Context& device, DeviceTree& tree, UserText user)
+      : gpu(device), scene(tree), text(std::move(user)), whole(whole_text(text)), once(device, tree) {
+    std::size_t bytes = 0;
+    for (const UserNumber& n : text.numbers) {
+      offsets.push_back(bytes);
+      bytes += bytes_of_type(n.type);
+    }
+    values.resize(bytes);
+    bound.resize(text.arrays.size());
+    prepare();
+  }
+
+  /// Counting, and showing each hit once, takes a tree that has each triangle once.
+  bool wants_each_once() const { return whole.calls.count || whole.calls.accepts; }
+
+  /// Makes or renews the kernel for the tree as it is now.
+  void prepare() {
+    if (wants_each_once() && once.update()) kernel.reset();
+    DeviceTree& tree = this->tree();
+    if (!kernel)
+      kernel.emplace(gpu, tree, "called", whole.defines, false, SpecConstants(), OwnText{whole.text, text.name});
+    kernel->prepare();
+    if (!whole.calls.closest || !tree.forest()) return;
+    instances.update(gpu, tree, kernel->fetch());
+    kernel->bind(BIND_POINT_INSTANCES, instances.device());
+  }
+  DeviceTree& tree() { return wants_each_once() ? once.tree() : scene; }
+
+  /// Prepares the kernel and binds its arrays and numbers.
+  QueryKernel& ready() {
+    prepare();
+    for (std::size_t i = 0; i < bound.size(); ++i) {
+      if (!bound[i])
+        fail(Failure::Arguments, "kernel {}: array '{}' is not bound; give it a buffer before the kernel runs",
+             text.name, text.arrays[i].name);
+      kernel->bind(BIND_USER_ARRAYS + std::uint32_t(i), *bound[i]);
+    }
+    if (values.empty()) return *kernel;
+    if (!numbers) numbers.emplace(gpu, values.size(), Access::Uniform, fmt::format("numbers of kernel {}", text.name));
+    kernel->bind(BIND_USER_NUMBERS, *numbers);
+    return *kernel;
+  }
+
+  Context& gpu;
+  DeviceTree& scene;
+  UserText text;
+  WholeText whole;
+  WholeTree once;
+  std::optional<QueryKernel> kernel;
+  PointInstances instances;
+  std::vector<std::optional<BufferPart>> bound;  // of each array
+  std::vector<std::size_t> offsets;              // of each number
+  std::vector<std::byte> values;                 // of all numbers
+  std::optional<Buffer<std::byte>> numbers;
+};
+
+UserKernel::UserKernel(Context& gpu, DeviceTree& scene, UserText text)
+    : parts_(std::make_unique<Parts>(gpu, scene, std::move(text))) {}
+
+UserKernel::~UserKernel() = default;
+
+void UserKernel::bind(std::string_view array, const BufferPart& part) {
+  const std::vector<UserArray>& arrays = parts_->text.arrays;
+  const UserArray& found = find_named(arrays, array, fmt::format("array of kernel {}", parts_->text.name));
+  if (part.bytes % bytes_of_type(found.type))
+    fail(Failure::Arguments, "kernel {}: array '{}' is of {} with {} bytes each; found {} bytes", parts_->text.name,
+         array, found.type, bytes_of_type(found.type), part.bytes);
+  parts_->bound[std::size_t(&found - arrays.data())].emplace(part);
+}
+
+void UserKernel::set(std::string_view number, std::span<const std::byte> value) {
+  const std::vector<UserNumber>& numbers = parts_->text.numbers;
+  const UserNumber& found = find_named(numbers, number, fmt::format("number of kernel {}", parts_->text.name));
+  if (value.size() != bytes_of_type(found.type))
+    fail(Failure::Arguments, "kernel {}: number '{}' is of {} with {} bytes; found {} bytes", parts_->text.name, number,
+         found.type, bytes_of_type(found.type), value.size());
+  std::ranges::copy(value,
+                    parts_->values.begin() + std::ptrdiff_t(parts_->offsets[std::size_t(&found - numbers.data())]));
+}
+
+TraceTimes UserKernel::run(std::uint32_t count, const std::function<void(std::uint32_t)>& progress) {
+  TraceTimes times;
+  Parts& p = *parts_;
+  QueryKernel& kernel = p.ready();
+  if (p.numbers) p.numbers->upload(p.values);
+  const std::uint32_t unfinished = kernel.run(0, count, {p.tree().root()}, times, progress);
+  if (unfinished)
+    fail(Failure::Work,
+         "kernel {}: {} of {} invocations could not be finished on {}: its driver stops loops after a few iterations; "
+         "let each invocation do less, or use Mesa 25 or later",
+         p.text.name, unfinished, count, p.gpu.info().name);
+  return times;
+}
+
+bool UserKernel::can_record(std::uint32_t count) {
+  parts_->prepare();
+  return parts_->kernel->can_record(count);
+}
+
+void UserKernel::record(std::uint32_t count, TraceTimes& times) {
+  Parts& p = *parts_;
+  QueryKernel& kernel = p.ready();
+  if (p.numbers)
+    p.gpu.pass(p.text.name, [&](Commands& cmd) { cmd.write(*p.numbers, 0, p.values.data(), p.values.size()); });
+  kernel.record(0, count, {p.tree().root()}, times);
+}
+
+bool UserKernel::is_robust() const { return parts_->gpu.info().robust_buffers(); }
+
+}  // namespace ballot

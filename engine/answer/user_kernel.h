@@ -1,0 +1,96 @@
+// Kernels of users: a text in GLSL that reads and writes arrays of theirs and asks a scene, compiled at run time.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "engine/answer/dispatch.h"
+#include "engine/gpu/buffer.h"
+#include "engine/tree/device/device_tree.h"
+
+namespace ballot {
+
+/// An array of a user's kernel: `type name[]` in its text. The type is float, int or uint, a vector of 2 to 4 of them
+/// (vec3, ivec2, uvec4), or Ray, Hit or Nearest, in scalar layout: vec3 takes 12 bytes.
+struct UserArray {
+  std::string name;
+  std::string type = "float";
+  bool written = false;  // false: the text cannot write it
+};
+
+/// A number of a user's kernel, the same in all its invocations: `type name` in its text. The type is as for arrays,
+/// but no record.
+struct UserNumber {
+  std::string name;
+  std::string type = "float";
+};
+
+/// The text of a kernel, and what it is about.
+struct UserText {
+  std::string name = "kernel";  // in messages
+  /// GLSL (version 460, for Vulkan) with `void main(uint index)`, which is called once for each index. It may have
+  /// functions, constants, variables of an invocation, structs and macros of its own, whatever their names, but for
+  /// those of shaders/lib/called/scene.glsl, whose calls it may make, and names that begin with `ballot_`. It has no
+  /// #include, #version or buffers of its own.
+  std::string text;
+  std::string file = "kernel.glsl";  // in messages of the compiler, which count lines from first_line on
+  std::uint32_t first_line = 1;
+  std::vector<UserArray> arrays = {};
+  std::vector<UserNumber> numbers = {};
+};
+
+/// A user's kernel over a scene. Its calls of the scene have the bits of the answers that Tracer (mode watertight),
+/// RayQueries and PointQueries give. Follows the scene's tree when it changes. Belongs to the thread of its Context.
+///
+/// Arrays: an index beyond the end of an array is the kernel's fault. On devices with VK_EXT_pipeline_robustness it
+/// reads something or nothing, and writes nothing outside of the array (is_robust()); on others it may read and write
+/// whatever there is, and the device may be lost.
+///
+/// Time: runs go in launches of a tenth of a second, or less where the device asks for that, by the time of those
+/// before. Between them a caller can end the run. An invocation that never ends is ended by the system alone: GPUs with
+/// a screen are reset after seconds (DeviceLost); other GPUs and CPU devices go on for ever.
+class UserKernel {
+ public:
+  /// Keeps references to gpu and scene. Throws Error(Arguments) for wrong names and types and for a text without
+  /// `void main(uint index)`; Error(Work) with the compiler's message, which names the user's file and line, if the
+  /// text does not compile; and if the device has too few bindings for its arrays.
+  UserKernel(Context& gpu, DeviceTree& scene, UserText text);
+  ~UserKernel();
+
+  /// Binds an array for all runs from now on, which must live as long. Throws Error(Arguments) if there is none of this
+  /// name, or the bytes are no multiple of its elements'.
+  void bind(std::string_view array, const BufferPart& part);
+  /// Sets a number for all runs from now on; those never set are 0. Throws Error(Arguments) if there is none of this
+  /// name, or if it has another size.
+  void set(std::string_view number, std::span<const std::byte> value);
+  template <class T>
+  void set(std::string_view number, const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>, "the device sees bytes, not objects");
+    set(number, std::as_bytes(std::span(&value, 1)));
+  }
+
+  /// Calls main() for each index below `count`, in no order, and waits. `progress` is called now and then with the
+  /// number of indices that are done; it may be empty, and may throw to end the run. Throws Error(Arguments) if an
+  /// array is not bound; Error(Work) if the driver stopped loops early (Mesa's lavapipe before version 25 does so after
+  /// 65 535 iterations of an invocation), and what was written then is not to be used.
+  TraceTimes run(std::uint32_t count, const std::function<void(std::uint32_t)>& progress = {});
+  /// Returns true if a run of so many indices can be recorded between other passes, so that nobody waits for it.
+  bool can_record(std::uint32_t count);
+  /// Records such a run behind all earlier passes. Adds the time to `times`, which must outlive it.
+  void record(std::uint32_t count, TraceTimes& times);
+
+  /// Returns true if the device keeps indices within arrays.
+  bool is_robust() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace ballot

@@ -1,0 +1,224 @@
+#include "engine/answer/user_text.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <set>
+
+#include "engine/core/error.h"
+#include "shaders/shared/query.h"
+
+namespace ballot {
+
+namespace {
+
+using Names = std::set<std::string, std::less<>>;
+
+constexpr const char* kScene = "lib/called/scene.glsl";
+/// What begins so is the library's in every text.
+constexpr std::string_view kOwnPrefix = "ballot_";
+
+/// Names that mean the same in the library and in a user's text: what he calls, the records and their members, and
+/// functions of GLSL, which he may write anew for himself.
+const Names kShared{
+    "nearest",  "any",       "count",    "closest", "accept", "main", "Ray",    "Hit",   "Nearest", "NO_HIT",
+    "origin",   "t_min",     "dir",      "t_max",   "t",      "prim", "u",      "v",     "at",      "distance",
+    "behind",   "abs",       "all",      "clamp",   "cross",  "dot",  "equal",  "floor", "fma",     "greaterThanEqual",
+    "lessThan", "max",       "min",      "mix",     "sqrt",   "sign", "length", "x",     "y",       "z",
+    "w",        "atomicAdd", "bitCount", "findLSB", "xyz"};
+
+bool is_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+bool is_name(std::string_view word) {
+  return !word.empty() && is_letter(word[0]) && !std::isdigit(static_cast<unsigned char>(word[0]));
+}
+
+/// Returns a text with blanks in the place of its comments.
+std::string without_comments(std::string text) {
+  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+    if (text[i] != '/' || (text[i + 1] != '/' && text[i + 1] != '*')) continue;
+    const bool line = text[i + 1] == '/';
+    const std::size_t end = std::min(line ? text.find('\n', i) : text.find("*/", i + 2), text.size());
+    const std::size_t past = line ? end : std::min(end + 2, text.size());
+    for (; i < past; ++i)
+      if (text[i] != '\n') text[i] = ' ';
+    --i;
+  }
+  return text;
+}
+
+/// The words of a text: names, numbers and single signs. Directives are apart from the rest.
+struct Words {
+  std::vector<std::string_view> code, directives;  // of directives without their '#'
+  Names macros;                                    // that it defines
+};
+
+void add_words(std::string_view text, std::vector<std::string_view>& to) {
+  for (std::size_t i = 0; i < text.size();) {
+    std::size_t end = i + 1;
+    if (is_letter(text[i]))
+      while (end < text.size() && is_letter(text[end])) ++end;
+    if (!std::isspace(static_cast<unsigned char>(text[i]))) to.push_back(text.substr(i, end - i));
+    i = end;
+  }
+}
+
+Words words_of(std::string_view text) {
+  Words words;
+  while (!text.empty()) {
+    const std::size_t first = text.find_first_not_of(" \t");
+    const bool directive = first != text.npos && text[first] == '#';
+    std::size_t end = std::min(text.find('\n'), text.size());
+    while (directive && end > 0 && end < text.size() && text[end - 1] == '\\')
+      end = std::min(text.find('\n', end + 1), text.size());
+    std::vector<std::string_view>& to = directive ? words.directives : words.code;
+    const std::size_t before = to.size() + 1;
+    add_words(directive ? text.substr(first + 1, end - first - 1) : text.substr(0, end), to);
+    if (directive && before < to.size() && to[before - 1] == "define") words.macros.emplace(to[before]);
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return words;
+}
+
+/// Returns the names that are declared for the whole text: of functions, variables, constants and structs. It takes
+/// every name outside of all brackets for one that something follows which can follow a declared name.
+Names declared_by(const std::vector<std::string_view>& code) {
+  Names names;
+  int depth = 0;
+  bool in_value = false;  // behind the '=' of a declaration
+  for (std::size_t i = 0; i < code.size(); ++i) {
+    const char c = code[i][0], next = i + 1 < code.size() ? code[i + 1][0] : ';';
+    if (depth == 0 && !in_value && is_name(code[i]) && std::string_view("([=,;{").find(next) != std::string_view::npos)
+      names.emplace(code[i]);
+    if (c == '(' || c == '[' || c == '{') ++depth;
+    if (c == ')' || c == ']' || c == '}') --depth;
+    if (depth == 0 && c == '=') in_value = true;
+    if (depth == 0 && (c == ',' || c == ';' || c == '}')) in_value = false;
+  }
+  return names;
+}
+
+/// Returns true if a text calls a function, as far as its words tell: its name stands before a bracket or in a macro.
+bool calls(const Words& words, const Names& declared, std::string_view name) {
+  if (declared.contains(name)) return false;
+  if (std::ranges::find(words.directives, name) != words.directives.end()) return true;
+  for (std::size_t i = 0; i + 1 < words.code.size(); ++i)
+    if (words.code[i] == name && words.code[i + 1] == "(") return true;
+  return false;
+}
+
+void check_main(const UserText& user, const Words& words) {
+  constexpr std::array<std::string_view, 5> kMain{"void", "main", "(", "uint", ""};
+  for (std::size_t i = 0; i + 3 < words.code.size(); ++i)
+    if (std::equal(kMain.begin(), kMain.begin() + 4, words.code.begin() + std::ptrdiff_t(i))) return;
+  fail(Failure::Arguments, "kernel {}: {} has no main of one index; expected: void main(uint index) {{ ... }}",
+       user.name, user.file);
+}
+
+void check_text(const UserText& user, const Words& words) {
+  for (const std::string_view word : {"include", "version"})
+    if (std::ranges::find(words.directives, word) != words.directives.end())
+      fail(Failure::Arguments, "kernel {}: {} has #{}; give one text of GLSL 460 without it", user.name, user.file,
+           word);
+  for (const auto* some : {&words.code, &words.directives})
+    for (const std::string_view word : *some)
+      if (word.starts_with(kOwnPrefix))
+        fail(Failure::Arguments, "kernel {}: {} has the name '{}'; names that begin with {} are the library's",
+             user.name, user.file, word, kOwnPrefix);
+  if (user.file.find_first_of("\"\\\n") != std::string::npos)
+    fail(Failure::Arguments, "kernel {}: its file's name has a quote, a backslash or the end of a line", user.name);
+  check_main(user, words);
+}
+
+/// Checks the names and types of arrays or numbers, and adds the names to `declared`.
+template <class Declared>
+void check_declared(const UserText& user, const std::vector<Declared>& all, std::string_view what, bool records,
+                    Names& declared) {
+  for (const Declared& one : all) {
+    if (!is_name(one.name) || !std::ranges::all_of(one.name, is_letter) || one.name.starts_with(kOwnPrefix) ||
+        one.name.starts_with("gl_") || one.name.find("__") != std::string::npos || kShared.contains(one.name))
+      fail(Failure::Arguments,
+           "kernel {}: {} '{}': not a name for it; expected letters, digits and single underscores, not gl_ or {} at "
+           "the beginning, and none of nearest, any, count, closest and the like",
+           user.name, what, one.name, kOwnPrefix);
+    if (!declared.insert(one.name).second)
+      fail(Failure::Arguments, "kernel {}: {} '{}': the name is declared twice", user.name, what, one.name);
+    const bool is_record = std::isupper(static_cast<unsigned char>(one.type[0]));
+    if (bytes_of_type(one.type) == 0 || (is_record && !records))
+      fail(Failure::Arguments,
+           "kernel {}: {} '{}' is of type '{}'; expected float, int or uint, a vector of them (vec3, ivec2, uvec4){}",
+           user.name, what, one.name, one.type, records ? ", Ray, Hit or Nearest" : "");
+  }
+}
+
+/// Returns the declarations of numbers and arrays.
+std::string declarations(const UserText& user) {
+  std::string text;
+  if (!user.numbers.empty()) {
+    text += fmt::format("layout(set = 0, binding = {}, scalar) uniform ballot_Numbers {{", BIND_USER_NUMBERS);
+    for (const UserNumber& n : user.numbers) text += fmt::format(" {} {};", n.type, n.name);
+    text += " };\n";
+  }
+  for (std::size_t i = 0; i < user.arrays.size(); ++i) {
+    const UserArray& a = user.arrays[i];
+    text += fmt::format("layout(set = 0, binding = {}, scalar) {}buffer ballot_Array{} {{ {} {}[]; }};\n",
+                        BIND_USER_ARRAYS + i, a.written ? "" : "readonly ", i, a.type, a.name);
+  }
+  return text;
+}
+
+/// The library, and what stands before and behind it so that its names are out of the way: those that the user declares
+/// have another name in it, and its macros end with it.
+std::string library_without(const Names& declared, const Names& macros) {
+  static const std::string texts = texts_of(kScene);
+  std::string before, behind;
+  const std::string bare = without_comments(texts);
+  const Names own_macros = words_of(bare).macros;
+  for (const std::string& name : declared) {
+    if (kShared.contains(name) || own_macros.contains(name)) continue;
+    before += fmt::format("#define {} ballot_{}\n", name, name);
+    behind += fmt::format("#undef {}\n", name);
+  }
+  for (const std::string& name : own_macros)
+    if (!kShared.contains(name) || macros.contains(name)) behind += fmt::format("#undef {}\n", name);
+  return fmt::format("{}#include \"../{}\"\n{}", before, kScene, behind);
+}
+
+}  // namespace
+
+std::uint32_t bytes_of_type(std::string_view type) {
+  if (type == "float" || type == "int" || type == "uint") return 4;
+  if (type == "Ray") return sizeof(Ray);
+  if (type == "Hit") return sizeof(Hit);
+  if (type == "Nearest") return sizeof(Nearest);
+  if (type.starts_with('i') || type.starts_with('u')) type.remove_prefix(1);
+  if (type.size() != 4 || !type.starts_with("vec") || type[3] < '2' || type[3] > '4') return 0;
+  return 4 * std::uint32_t(type[3] - '0');
+}
+
+WholeText whole_text(const UserText& user) {
+  const std::string bare = without_comments(user.text);
+  const Words words = words_of(bare);
+  check_text(user, words);
+  Names declared = declared_by(words.code);
+  WholeText whole;
+  whole.calls = {calls(words, declared, "nearest"), calls(words, declared, "any"), calls(words, declared, "count"),
+                 calls(words, declared, "closest"), declared.contains("accept")};
+  check_declared(user, user.arrays, "array", true, declared);
+  check_declared(user, user.numbers, "number", false, declared);
+  const UserCalls& c = whole.calls;
+  whole.defines = {
+      {"CALLS_NEAREST", c.nearest}, {"CALLS_ANY", c.any}, {"CALLS_COUNT", c.count}, {"CALLS_CLOSEST", c.closest},
+      {"BALLOT_WIDE", 0},           {"BALLOT_FIRST", 0},  {"BALLOT_ANY", 0},        {"BALLOT_LISTS", 0},
+      {"BALLOT_EXACT", 0},          {"BALLOT_MASKS", 0},  {"BALLOT_CULL", 0},       {"BALLOT_ALPHA", 0},
+      {"BALLOT_SIDES", 0}};
+  if (c.accepts) whole.defines.emplace_back("CALLED_ACCEPT", 1);
+  whole.text = fmt::format(
+      "#version 460\n#extension GL_GOOGLE_include_directive : require\n{}{}#define main ballot_main\n"
+      "#line {} \"{}\"\n{}\n#line 1 \"the end of {}\"\n#undef main\n"
+      "void main() {{\n  uint ballot_index;\n  if (ballot_begin(ballot_index)) ballot_main(ballot_index);\n"
+      "  ballot_end();\n}}\n",
+      library_without(declared, words.macros), declarations(user), user.first_line, user.file, user.text, user.file);
+  return whole;
+}
+
+}  // namespace ballot

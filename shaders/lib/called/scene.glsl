@@ -1,0 +1,139 @@
+// What a kernel whose text is a user's asks of a scene. engine/answer/user_kernel.h says how such a kernel is made; its
+// text begins behind this file.
+//
+//   Hit nearest(Ray ray)                       the nearest hit; prim is NO_HIT and t infinite on a miss
+//   bool any(Ray ray)                          whether there is a hit
+//   uint count(Ray ray)                        the triangles that the ray crosses
+//   Nearest closest(vec3 point)                the closest point of the triangles
+//   Nearest closest(vec3 point, float farthest)  the same, no farther away than that
+//   bool accept(Hit hit)                       the user's, if he writes it: a hit that it refuses is left out by
+//                                              nearest(), any() and count()
+// Records and their dead values are those of shared/layout.h and shared/query.h. The answers are, to the last bit,
+// those of shaders/traverse/while_while.comp, shaders/query/crossings.comp and shaders/query/closest_point.comp: the
+// text of the walks is the same.
+//
+//   Flow   each call is a walk of its lane alone, without subgroup operations: it may stand in any control flow
+//   Memory the stacks of the walks that are called, STACK_SIZE words each (closest: twice as many), and TOP_STACK_SIZE
+//          words among instances
+//
+// What is called alone is compiled: CALLS_NEAREST, CALLS_ANY, CALLS_COUNT, CALLS_CLOSEST are 1 if it is, else 0.
+// CALLED_ACCEPT is defined if there is accept().
+//
+// accept() sees every triangle that count() would count; of nearest() every one that is nearer than what was accepted
+// before it; of any() every one until it accepts one. The order is the walk's. So an answer does not depend on the
+// order if accept() goes by nothing but the hit and what was set before the call. It must not call the scene.
+#define METHOD_CALLED
+#if CALLS_ANY
+#undef BALLOT_ANY_HIT
+#define BALLOT_ANY_HIT 2  // ANY_HIT_ASKED
+#endif
+#include "../frame/kernel.glsl"
+#include "../../shared/query.h"
+
+#if CALLS_NEAREST || CALLS_ANY
+#include "../tree/walk.glsl"
+#include "../tree/while_while.glsl"
+#include "../frame/trace_ray.glsl"
+
+void trace_asked(Ray ray) {
+#if BALLOT_INSTANCES
+  push = whole_push;
+#endif
+  asked_ray = ray;
+  trace_ray(0u);
+}
+#elif BALLOT_INSTANCES && CALLS_COUNT
+#include "../tree/instances.glsl"
+#elif BALLOT_INSTANCES
+#include "../tree/meshes.glsl"
+#endif
+
+#if CALLS_NEAREST
+Hit nearest(Ray ray) {
+#if CALLS_ANY
+  takes_any = false;
+#endif
+  trace_asked(ray);
+  uvec4 h = hit_words[0];
+  return Hit(uintBitsToFloat(h.x), h.y, uintBitsToFloat(h.z), uintBitsToFloat(h.w));
+}
+#endif
+
+#if CALLS_ANY
+bool any(Ray ray) {
+  takes_any = true;
+  trace_asked(ray);
+  return hit_words[0].y != NO_HIT;
+}
+#endif
+
+#if CALLS_COUNT
+#include "../query/triangle_crossing.glsl"
+#include "../query/walk_pairs.glsl"
+#if BALLOT_INSTANCES
+#include "../query/instances.glsl"
+#define IS_UNDER_WAY(w, live) (is_walking() || walk_next(w, live))
+#else
+#define IS_UNDER_WAY(w, live) is_walking()
+#endif
+
+uint count(Ray ray) {
+  asked_ray = ray;
+  uint found = 0u;
+#if BALLOT_INSTANCES
+  push = whole_push;
+  Walker w;
+  bool live = begin_walks(0u, w);
+  float scale = world_scale;
+#else
+  bool live = !is_dead(ray);
+  if (!live) ray = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
+  Walker w = make_walker(ray);
+  float scale = direction_scale(ray.dir);
+  begin_walk(live);
+#endif
+#include "../query/crossing_walk.glsl"
+  return found;
+}
+#endif
+
+#if CALLS_CLOSEST
+#include "../query/closest_point.glsl"
+
+Nearest closest(vec3 point, float farthest) {
+#if BALLOT_INSTANCES
+  begin_scene();
+#endif
+  const bool inside = true;
+  vec4 record = vec4(point, farthest);
+#include "../query/closest_walk.glsl"
+  store_nearest(0u, p, best, limit);
+  vec4 at = uintBitsToFloat(hit_words[0]);
+  uvec4 h = hit_words[1];
+  return Nearest(at.xyz, at.w, h.x, uintBitsToFloat(h.y), uintBitsToFloat(h.z), h.w);
+}
+
+Nearest closest(vec3 point) { return closest(point, uintBitsToFloat(0x7F800000u)); }
+#endif
+
+#ifdef CALLED_ACCEPT
+bool is_accepted(Hit hit) {
+  uint prim = prim_at(hit.prim);
+#if BALLOT_INSTANCES
+  return accept(Hit(hit.t * object_scale * world_scale, first_prim + prim, hit.u, hit.v));
+#else
+  return accept(Hit(hit.t * direction_scale(asked_ray.dir), prim, hit.u, hit.v));
+#endif
+}
+#endif
+
+// Which invocation of the user's main() this is. Returns false if there is none.
+bool ballot_begin(out uint index) {
+#if BALLOT_INSTANCES
+  push = whole_push;
+#endif
+  index = push.ray_begin + gl_GlobalInvocationID.x;
+  return index < push.ray_end;
+}
+
+void ballot_end() { finish_walks(1u); }

@@ -1,0 +1,156 @@
+// Holds what kernels of users are answered to the answers of the built-in kernels, bit for bit.
+#include "engine/answer/point_queries.h"
+#include "engine/answer/user_kernel.h"
+#include "tests/device/crossing_test.h"
+#include "tests/device/forests.h"
+#include "tests/device/scene_cases.h"
+
+namespace ballot {
+namespace {
+
+using namespace scene_cases;
+
+/// A kernel over rays that calls what is told.
+UserText over_rays(const char* type, const std::string& answer, const std::string& before = "") {
+  UserText text;
+  text.text = before + "\nvoid main(uint index) { answers[index] = " + answer + "; }";
+  text.arrays = {{"rays", "Ray"}, {"answers", type, true}};
+  return text;
+}
+
+constexpr const char* kEverything = R"(
+void main(uint index) {
+  if (index < rays.length()) {
+    Ray ray = rays[index];
+    hits[index] = nearest(ray);
+    occluded[index] = uint(any(ray));
+    counts[index] = count(ray);
+  }
+  if (index < points.length()) near[index] = closest(points[index].xyz, points[index].w);
+})";
+
+class UserKernels : public CrossingTest {
+ protected:
+  struct Answers {
+    std::vector<Hit> hits;
+    std::vector<std::uint32_t> occluded, counts;
+    std::vector<Nearest> near;
+  };
+
+  /// What the built-in kernels find.
+  static Answers built_in(Tracer& tracer, std::span<const Ray> rays, std::span<const ProbePoint> points) {
+    Answers a;
+    a.hits.resize(rays.size());
+    tracer.trace(rays, a.hits, {.method = "while-while"});
+    for (const Hit& hit : a.hits) a.occluded.push_back(hit.prim != NO_HIT);
+    RayQueries crossings(*gpu_, tracer.tree());
+    a.counts = counts(crossings, rays);
+    PointQueries nearest(*gpu_, tracer.tree());
+    a.near.resize(points.size());
+    nearest.nearest(points, a.near);
+    return a;
+  }
+
+  template <class T>
+  static Buffer<T> on_device(std::span<const T> data, const char* name) {
+    Buffer<T> buffer(*gpu_, data.size(), Access::Storage, name);
+    buffer.upload(data);
+    return buffer;
+  }
+  template <class T>
+  static std::vector<T> read(const Buffer<T>& buffer) {
+    std::vector<T> data(buffer.size());
+    buffer.download(std::span(data));
+    return data;
+  }
+  template <class T>
+  static std::size_t different(const std::vector<T>& a, const std::vector<T>& b) {
+    EXPECT_EQ(a.size(), b.size());
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) n += std::memcmp(&a[i], &b[i], sizeof(T)) != 0;
+    return n;
+  }
+
+  template <class T>
+  static std::vector<T> answers(DeviceTree& tree, UserText text, std::span<const Ray> rays) {
+    UserKernel kernel(*gpu_, tree, std::move(text));
+    const Buffer<Ray> asked = on_device(rays, "rays");
+    Buffer<T> found(*gpu_, rays.size(), Access::Storage, "answers");
+    kernel.bind("rays", asked);
+    kernel.bind("answers", found);
+    kernel.run(std::uint32_t(rays.size()));
+    return read(found);
+  }
+
+  static void expect_built_in_answers(Tracer& tracer, std::span<const Ray> rays, std::span<const ProbePoint> points) {
+    const Answers truth = built_in(tracer, rays, points);
+    UserText text;
+    text.text = kEverything;
+    text.arrays = {{"rays", "Ray"},          {"points", "vec4"},
+                   {"hits", "Hit", true},    {"occluded", "uint", true},
+                   {"counts", "uint", true}, {"near", "Nearest", true}};
+    UserKernel kernel(*gpu_, tracer.tree(), text);
+    const auto asked = on_device(rays, "rays");
+    const auto probes = on_device(points, "points");
+    Buffer<Hit> hits(*gpu_, rays.size(), Access::Storage, "hits");
+    Buffer<std::uint32_t> occluded(*gpu_, rays.size(), Access::Storage, "occluded"),
+        counted(*gpu_, rays.size(), Access::Storage, "counts");
+    Buffer<Nearest> near(*gpu_, points.size(), Access::Storage, "near");
+    kernel.bind("rays", asked);
+    kernel.bind("points", probes);
+    kernel.bind("hits", hits);
+    kernel.bind("occluded", occluded);
+    kernel.bind("counts", counted);
+    kernel.bind("near", near);
+    kernel.run(std::uint32_t(std::max(rays.size(), points.size())));
+    EXPECT_EQ(different(read(hits), truth.hits), 0u);
+    EXPECT_EQ(different(read(occluded), truth.occluded), 0u);
+    EXPECT_EQ(different(read(counted), truth.counts), 0u);
+    EXPECT_EQ(different(read(near), truth.near), 0u);
+  }
+};
+
+class UserKernelScenes : public UserKernels, public testing::WithParamInterface<SceneCase> {};
+
+TEST_P(UserKernelScenes, HaveTheAnswersOfTheBuiltInKernels) {
+  const auto t = make(*gpu_, GetParam().make(), {.split_budget = 1});
+  expect_built_in_answers(*t->tracer, rays_about(t->triangles, t->bvh), probes_about(t->triangles, t->bvh.bounds));
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, UserKernelScenes, testing::ValuesIn(kScenes),
+                         [](const auto& p) { return p.param.name; });
+INSTANTIATE_TEST_SUITE_P(Scaled, UserKernelScenes, testing::ValuesIn(kFarSmallLarge),
+                         [](const auto& p) { return p.param.name; });
+
+TEST_F(UserKernels, HaveTheAnswersOfTheBuiltInKernelsAmongInstances) {
+  Forest forest = forests::make_forest(forests::three_meshes(), forests::twelve_instances());
+  Tracer tracer(*gpu_, forest);
+  const Bounds bounds = forest.top_facts().bounds;
+  std::vector<Triangle> world;
+  for (std::uint32_t i = 0; i < forest.triangle_count(); ++i) world.push_back(forest.triangle(forest.place_of(i)));
+  expect_built_in_answers(tracer, forests::rays_for(forest, 3000), probes_about(world, bounds));
+}
+
+TEST_F(UserKernels, CompileForWhatTheyCallAlone) {
+  const auto t = make(*gpu_, shapes::soup(300, 0.4f));
+  Forest forest = forests::make_forest(forests::three_meshes(), forests::twelve_instances());
+  Tracer among(*gpu_, forest);
+  const std::vector<Ray> rays = shapes::random_rays(500);
+  std::vector<ProbePoint> points;
+  for (const Ray& r : rays) points.push_back({r.origin, std::numeric_limits<float>::infinity()});
+  for (Tracer* tracer : {t->tracer.get(), &among}) {
+    const Answers truth = built_in(*tracer, rays, points);
+    DeviceTree& tree = tracer->tree();
+    EXPECT_EQ(different(answers<Hit>(tree, over_rays("Hit", "nearest(rays[index])"), rays), truth.hits), 0u);
+    EXPECT_EQ(
+        different(answers<std::uint32_t>(tree, over_rays("uint", "uint(any(rays[index]))"), rays), truth.occluded), 0u);
+    EXPECT_EQ(different(answers<std::uint32_t>(tree, over_rays("uint", "count(rays[index])"), rays), truth.counts), 0u);
+    EXPECT_EQ(different(answers<Nearest>(tree, over_rays("Nearest", "closest(rays[index].origin)"), rays), truth.near),
+              0u);
+    const auto three = answers<float>(tree, over_rays("float", "3.0"), rays);
+    EXPECT_EQ(std::ranges::count(three, 3.f), 500);
+  }
+}
+
+}  // namespace
+}  // namespace ballot
