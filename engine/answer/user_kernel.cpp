@@ -76,10 +76,12 @@ UserKernel::~UserKernel() = default;
 void UserKernel::bind(std::string_view array, const BufferPart& part) {
   const std::vector<UserArray>& arrays = parts_->text.arrays;
   const UserArray& found = find_named(arrays, array, fmt::format("array of kernel {}", parts_->text.name));
-  if (part.bytes % bytes_of_type(found.type))
+  constexpr std::uint64_t kLeast = 16;  // bytes of the smallest buffer
+  const std::uint64_t size = bytes_of_type(found.type), whole = part.bytes / size * size;
+  if (whole == 0 || (whole != part.bytes && part.bytes > kLeast))
     fail(Failure::Arguments, "kernel {}: array '{}' is of {} with {} bytes each; found {} bytes", parts_->text.name,
-         array, found.type, bytes_of_type(found.type), part.bytes);
-  parts_->bound[std::size_t(&found - arrays.data())].emplace(part);
+         array, found.type, size, part.bytes);
+  parts_->bound[std::size_t(&found - arrays.data())].emplace(part.buffer, part.offset, whole);
 }
 
 void UserKernel::set(std::string_view number, std::span<const std::byte> value) {

@@ -215,8 +215,8 @@ WholeText whole_text(const UserText& user) {
   whole.text = fmt::format(
       "#version 460\n#extension GL_GOOGLE_include_directive : require\n{}{}#define main ballot_main\n"
       "#line {} \"{}\"\n{}\n#line 1 \"the end of {}\"\n#undef main\n"
-      "void main() {{\n  uint ballot_index;\n  if (ballot_begin(ballot_index)) ballot_main(ballot_index);\n"
-      "  ballot_end();\n}}\n",
+      "void main() {{\n  uint ballot_index;\n  if (ballot_begin(ballot_index)) {{\n    ballot_main(ballot_index);\n"
+      "    ballot_end();\n  }}\n}}\n",
       library_without(declared, words.macros), declarations(user), user.first_line, user.file, user.text, user.file);
   return whole;
 }
