@@ -72,6 +72,7 @@ UserKernel::UserKernel(Context& gpu, DeviceTree& scene, UserText text)
     : parts_(std::make_unique<Parts>(gpu, scene, std::move(text))) {}
 
 UserKernel::~UserKernel() = default;
+UserKernel::UserKernel(UserKernel&& other) noexcept = default;
 
 void UserKernel::bind(std::string_view array, const BufferPart& part) {
   const std::vector<UserArray>& arrays = parts_->text.arrays;

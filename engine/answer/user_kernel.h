@@ -62,6 +62,7 @@ class UserKernel {
   /// text does not compile; and if the device has too few bindings for its arrays.
   UserKernel(Context& gpu, DeviceTree& scene, UserText text);
   ~UserKernel();
+  UserKernel(UserKernel&& other) noexcept;
 
   /// Binds an array for all runs from now on, which must live as long. Throws Error(Arguments) if there is none of this
   /// name, or the bytes are no multiple of its elements'.
