@@ -124,4 +124,35 @@ void UserKernel::record(std::uint32_t count, TraceTimes& times) {
 
 bool UserKernel::is_robust() const { return parts_->gpu.info().robust_buffers(); }
 
+std::vector<KernelSource> user_sources(const DeviceInfo& device) {
+  constexpr std::pair<const char*, const char*> kCalls[] = {
+      {"nearest", "sums[index] = nearest(rays[index]).t;"},
+      {"any", "sums[index] = float(any(rays[index]));"},
+      {"count", "sums[index] = float(count(rays[index]));"},
+      {"closest", "sums[index] = closest(rays[index].origin).distance;"}};
+  const TreeFacts near{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
+  TreeFacts far = near, instances = near;
+  far.far = true;
+  instances.top_depth = 24;
+  std::vector<KernelSource> sources;
+  for (const TreeFacts& tree : {near, far, instances})
+    for (const bool accepts : {false, true})
+      for (std::uint32_t set = 1; set < 1u << std::size(kCalls); ++set) {
+        UserText user{.arrays = {{"rays", "Ray"}, {"sums", "float", true}}, .numbers = {{"radius"}}};
+        std::string body, names;
+        for (std::size_t i = 0; i < std::size(kCalls); ++i)
+          if (set >> i & 1) body += kCalls[i].second, names += fmt::format(" {}", kCalls[i].first);
+        user.text = accepts ? "bool accept(Hit hit) { return hit.t > radius; }\n" : "";
+        user.text += "void main(uint index) { " + body + " }";
+        WholeText whole = whole_text(user);
+        KernelSource source = query_source("called", device, tree, whole.defines);
+        source.name = fmt::format("user{}{}{}{}", names, accepts ? " accept" : "", tree.far ? " far=1" : "",
+                                  tree.top_depth ? " instances=1" : "");
+        source.text = std::move(whole.text);
+        source.robust = true;
+        sources.push_back(std::move(source));
+      }
+  return sources;
+}
+
 }  // namespace ballot

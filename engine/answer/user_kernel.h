@@ -38,7 +38,7 @@ struct UserText {
   /// functions, constants, variables of an invocation, structs and macros of its own, whatever their names, but for
   /// those of shaders/lib/called/scene.glsl, whose calls it may make, and names that begin with `ballot_`. It has no
   /// #include, #version or buffers of its own.
-  std::string text;
+  std::string text = {};
   std::string file = "kernel.glsl";  // in messages of the compiler, which count lines from first_line on
   std::uint32_t first_line = 1;
   std::vector<UserArray> arrays = {};
@@ -93,5 +93,8 @@ class UserKernel {
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
+
+/// Returns the sources of kernels of users that together make every call in every way, for a device.
+std::vector<KernelSource> user_sources(const DeviceInfo& device);
 
 }  // namespace ballot

@@ -79,6 +79,8 @@ Words words_of(std::string_view text) {
   return words;
 }
 
+Names macros_of(const std::string& text) { return words_of(text).macros; }
+
 /// Returns the names that are declared for the whole text: of functions, variables, constants and structs. It takes
 /// every name outside of all brackets for one that something follows which can follow a declared name.
 Names declared_by(const std::vector<std::string_view>& code) {
@@ -169,10 +171,8 @@ std::string declarations(const UserText& user) {
 /// The library, and what stands before and behind it so that its names are out of the way: those that the user declares
 /// have another name in it, and its macros end with it.
 std::string library_without(const Names& declared, const Names& macros) {
-  static const std::string texts = texts_of(kScene);
+  static const Names own_macros = macros_of(without_comments(texts_of(kScene)));
   std::string before, behind;
-  const std::string bare = without_comments(texts);
-  const Names own_macros = words_of(bare).macros;
   for (const std::string& name : declared) {
     if (kShared.contains(name) || own_macros.contains(name)) continue;
     before += fmt::format("#define {} ballot_{}\n", name, name);

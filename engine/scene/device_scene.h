@@ -20,6 +20,7 @@
 #include "engine/answer/query_judge.h"
 #include "engine/answer/ray_queries.h"
 #include "engine/answer/tracer.h"
+#include "engine/answer/user_kernel.h"
 #include "engine/core/cache_file.h"
 #include "engine/core/error.h"
 #include "engine/core/failure_text.h"

@@ -163,11 +163,13 @@ std::vector<KernelSource> builder_sources() {
   return sources;
 }
 
-/// The kernels of point and ray queries, and of reordering rays.
+/// The kernels of point and ray queries, of users, and of reordering rays.
 std::vector<KernelSource> query_kernel_sources() {
   std::vector<KernelSource> sources;
   for (const DeviceInfo& device : imagined_devices())
     for (KernelSource& source : query_sources(device)) sources.push_back(std::move(source));
+  for (const DeviceInfo& device : imagined_devices())
+    for (KernelSource& source : user_sources(device)) sources.push_back(std::move(source));
   for (KernelSource& source : reorder_sources()) sources.push_back(std::move(source));
   for (const DeviceInfo& device : imagined_devices())
     for (const bool textures : {false, true})
@@ -228,7 +230,8 @@ int run_shaders(const ShadersArgs& args) {
          "--only {}: no variant's name contains this; `ballot shaders` without --only lists the names", args.only);
   std::vector<Spirv> compiled(sources.size());
   for_chunks(sources.size(), 1, [&](std::size_t i, std::size_t) {
-    compiled[i] = compile_shader(sources[i].file, sources[i].defines, !args.fresh);
+    compiled[i] = compile_shader(sources[i].file, sources[i].defines, !args.fresh, Calls::Kept,
+                                 {sources[i].text, "kernel " + sources[i].name});
     reflect(compiled[i].words, sources[i].name);
   });
   double total_ms = 0;

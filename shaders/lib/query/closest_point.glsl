@@ -1,6 +1,5 @@
 // What the walk for the closest point of the triangles keeps, and what it answers. shaders/query/closest_point.comp has
-// the sources and the proofs. A kernel includes this file after lib/frame/kernel.glsl, and closest_walk.glsl where it
-// walks.
+// sources and proofs. A kernel includes this file behind lib/frame/kernel.glsl, and closest_walk.glsl where it walks.
 #include "near.glsl"
 #if BALLOT_INSTANCES
 uint best_instance;  // of the answer so far
