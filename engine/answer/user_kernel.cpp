@@ -1,6 +1,8 @@
 #include "engine/answer/user_kernel.h"
 
 #include <algorithm>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <optional>
 
 #include "engine/answer/point_instances.h"
@@ -8,6 +10,7 @@
 #include "engine/answer/user_text.h"
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
+#include "engine/tree/host/build.h"
 
 namespace ballot {
 
@@ -24,8 +27,9 @@ struct UserKernel::Parts {
     prepare();
   }
 
-  /// Counting, and showing each hit once, takes a tree that has each triangle once.
-  bool wants_each_once() const { return whole.calls.count || whole.calls.accepts; }
+  /// Counting, and showing each hit once, takes a tree that has each triangle once. Shapes take one whose boxes hold
+  /// them whole.
+  bool wants_each_once() const { return whole.calls.count || whole.calls.accepts || whole.calls.intersects; }
 
   /// Makes or renews the kernel for the tree as it is now.
   void prepare() {
@@ -120,6 +124,33 @@ void UserKernel::record(std::uint32_t count, TraceTimes& times) {
   if (p.numbers)
     p.gpu.pass(p.text.name, [&](Commands& cmd) { cmd.write(*p.numbers, 0, p.values.data(), p.values.size()); });
   kernel.record(0, count, {p.tree().root()}, times);
+}
+
+std::vector<Triangle> stand_ins(std::span<const Bounds> boxes) {
+  std::vector<Triangle> all;
+  all.reserve(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    Bounds box = boxes[i];
+    if (!glm::all(glm::lessThanEqual(box.lo, box.hi)))
+      fail(Failure::Arguments,
+           "box {} of shapes: from ({}, {}, {}) to ({}, {}, {}); each end must be at or above its start", i, box.lo.x,
+           box.lo.y, box.lo.z, box.hi.x, box.hi.y, box.hi.z);
+    const auto corners = [&box] {
+      const glm::vec3 size = box.hi - box.lo;
+      const int k = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+      glm::vec3 third = box.lo;
+      third[k] = box.hi[k];
+      return Triangle{box.lo, box.hi, third};
+    };
+    Triangle triangle = corners();
+    const glm::vec3 far = glm::max(glm::abs(box.lo), glm::abs(box.hi));
+    for (float room = std::max({far.x, far.y, far.z, 1e-30f}) * 0x1p-22f; is_degenerate(triangle); room *= 16) {
+      box = {boxes[i].lo - room, boxes[i].hi + room};
+      triangle = corners();
+    }
+    all.push_back(triangle);
+  }
+  return all;
 }
 
 bool UserKernel::is_robust() const { return parts_->gpu.info().robust_buffers(); }

@@ -21,11 +21,12 @@ constexpr std::string_view kOwnPrefix = "ballot_";
 /// Names that mean the same in the library and in a user's text: what he calls, the records and their members, and
 /// functions of GLSL, which he may write anew for himself.
 const Names kShared{
-    "nearest",  "any",       "count",    "closest", "accept", "main", "Ray",    "Hit",   "Nearest", "NO_HIT",
-    "origin",   "t_min",     "dir",      "t_max",   "t",      "prim", "u",      "v",     "at",      "distance",
-    "behind",   "abs",       "all",      "clamp",   "cross",  "dot",  "equal",  "floor", "fma",     "greaterThanEqual",
-    "lessThan", "max",       "min",      "mix",     "sqrt",   "sign", "length", "x",     "y",       "z",
-    "w",        "atomicAdd", "bitCount", "findLSB", "xyz"};
+    "nearest",  "any",   "count",   "closest",   "accept",   "intersect", "is_shape", "main",
+    "Ray",      "Hit",   "Nearest", "NO_HIT",    "origin",   "t_min",     "dir",      "t_max",
+    "t",        "prim",  "u",       "v",         "at",       "distance",  "behind",   "abs",
+    "all",      "clamp", "cross",   "dot",       "equal",    "floor",     "fma",      "greaterThanEqual",
+    "lessThan", "max",   "min",     "mix",       "sqrt",     "sign",      "length",   "x",
+    "y",        "z",     "w",       "atomicAdd", "bitCount", "findLSB",   "xyz"};
 
 bool is_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
 bool is_name(std::string_view word) {
@@ -202,7 +203,7 @@ WholeText whole_text(const UserText& user) {
   Names declared = declared_by(words.code);
   WholeText whole;
   whole.calls = {calls(words, declared, "nearest"), calls(words, declared, "any"), calls(words, declared, "count"),
-                 calls(words, declared, "closest"), declared.contains("accept")};
+                 calls(words, declared, "closest"), declared.contains("accept"),   declared.contains("intersect")};
   check_declared(user, user.arrays, "array", true, declared);
   check_declared(user, user.numbers, "number", false, declared);
   const UserCalls& c = whole.calls;
@@ -212,6 +213,11 @@ WholeText whole_text(const UserText& user) {
       {"BALLOT_EXACT", 0},          {"BALLOT_MASKS", 0},  {"BALLOT_CULL", 0},       {"BALLOT_ALPHA", 0},
       {"BALLOT_SIDES", 0}};
   if (c.accepts) whole.defines.emplace_back("CALLED_ACCEPT", 1);
+  if (c.intersects) whole.defines.emplace_back("CALLED_INTERSECT", 1);
+  if (c.intersects && declared.contains("is_shape")) whole.defines.emplace_back("CALLED_IS_SHAPE", 1);
+  if (c.intersects && (c.count || c.closest))
+    fail(Failure::Arguments, "kernel {}: {} has intersect() and calls {}(), which knows triangles alone", user.name,
+         user.file, c.count ? "count" : "closest");
   whole.text = fmt::format(
       "#version 460\n#extension GL_GOOGLE_include_directive : require\n{}{}#define main ballot_main\n"
       "#line {} \"{}\"\n{}\n#line 1 \"the end of {}\"\n#undef main\n"

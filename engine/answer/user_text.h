@@ -11,7 +11,7 @@ namespace ballot {
 /// What a text asks of a scene.
 struct UserCalls {
   bool nearest = false, any = false, count = false, closest = false;
-  bool accepts = false;  // it has accept()
+  bool accepts = false, intersects = false;  // it has accept(), intersect()
 };
 
 /// A text as it is compiled.

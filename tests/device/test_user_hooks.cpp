@@ -1,4 +1,5 @@
 // Kernels of users with accept(): what it sees, and what its answers do.
+#include "engine/core/error.h"
 #include "tests/device/forests.h"
 #include "tests/device/user_kernels.h"
 
@@ -88,6 +89,137 @@ uint steps(Ray ray) {
 })");
   const auto steps = answers<std::uint32_t>(t->tracer->tree(), text, rays);
   for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(steps[i], lists[i].size()) << i;
+}
+
+/// Spheres of the user's own.
+constexpr const char* kSphere = R"(
+bool intersect(uint prim, Ray ray, inout Hit hit) {
+  vec4 sphere = spheres[prim % spheres.length()];
+  vec3 to = sphere.xyz - ray.origin;
+  float a = dot(ray.dir, ray.dir), along = dot(to, ray.dir) / a;
+  vec3 beside = to - along * ray.dir;
+  float rest = sphere.w * sphere.w - dot(beside, beside);
+  if (rest < 0.0) return false;
+  float half_way = sqrt(rest / a);
+  hit.t = along - half_way >= ray.t_min ? along - half_way : along + half_way;
+  hit.u = half_way;
+  return true;
+}
+)";
+
+class UserShapes : public UserHooks {
+ protected:
+  static std::vector<glm::vec4> spheres(std::size_t count) {
+    shapes::Random random(5);
+    std::vector<glm::vec4> all;
+    for (std::size_t i = 0; i < count; ++i) all.emplace_back(random.point(1), random.in(0.01f, 0.2f));
+    return all;
+  }
+  static std::vector<Triangle> stand_ins_of(const std::vector<glm::vec4>& spheres) {
+    std::vector<Bounds> boxes;
+    for (const glm::vec4& s : spheres) boxes.push_back({glm::vec3(s) - s.w * 1.001f, glm::vec3(s) + s.w * 1.001f});
+    return stand_ins(boxes);
+  }
+  static std::vector<Hit> hits_of(DeviceTree& tree, const std::vector<glm::vec4>& spheres, std::span<const Ray> rays,
+                                  const std::string& call, const std::string& before = "") {
+    UserText text = over_rays("Hit", call, kSphere + before);
+    text.arrays.push_back({"spheres", "vec4"});
+    UserKernel kernel(*gpu_, tree, text);
+    const Buffer<Ray> asked = on_device(rays, "rays");
+    const Buffer<glm::vec4> shapes = on_device(std::span<const glm::vec4>(spheres), "spheres");
+    Buffer<Hit> found(*gpu_, rays.size(), Access::Storage, "answers");
+    kernel.bind("rays", asked);
+    kernel.bind("answers", found);
+    kernel.bind("spheres", shapes);
+    kernel.run(std::uint32_t(rays.size()));
+    return read(found);
+  }
+  /// The nearest sphere in double precision, or NO_HIT; `sure` is false where another may be as near.
+  struct Seen {
+    std::uint32_t prim = NO_HIT;
+    double t = 1e300;
+    bool sure = true;
+  };
+  static Seen seen_by(const Ray& ray, const std::vector<glm::vec4>& spheres) {
+    Seen seen;
+    double second = 1e300;
+    for (std::uint32_t i = 0; i < spheres.size(); ++i) {
+      const glm::dvec3 to = glm::dvec3(spheres[i]) - glm::dvec3(ray.origin), d = ray.dir;
+      const double a = glm::dot(d, d), along = glm::dot(to, d) / a, r = double(spheres[i].w);
+      const glm::dvec3 beside = to - along * d;
+      const double rest = r * r - glm::dot(beside, beside);
+      if (std::abs(rest) < 1e-5) seen.sure = false;
+      if (rest < 0) continue;
+      const double half = std::sqrt(rest / a), t = along - half >= double(ray.t_min) ? along - half : along + half;
+      if (std::abs(along - half - double(ray.t_min)) < 1e-5) seen.sure = false;
+      if (t < double(ray.t_min) || t > double(ray.t_max)) continue;
+      second = std::min(second, std::max(t, seen.t));
+      if (t < seen.t) seen.t = t, seen.prim = i;
+    }
+    seen.sure = seen.sure && second > seen.t + 1e-5;
+    return seen;
+  }
+};
+
+TEST_F(UserShapes, AreMetByRays) {
+  const std::vector<glm::vec4> all = spheres(700);
+  const auto t = make(*gpu_, stand_ins_of(all), {.split_budget = 1});
+  const std::vector<Ray> rays = shapes::random_rays(3000);
+  const auto hits = hits_of(t->tracer->tree(), all, rays, "nearest(rays[index])");
+  const auto any = hits_of(t->tracer->tree(), all, rays, "any(rays[index]) ? Hit(1, 1, 1, 1) : Hit(0, 0, 0, 0)");
+  std::size_t sure = 0, met = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(any[i].prim == 1, hits[i].prim != NO_HIT) << i;
+    const Seen truth = seen_by(rays[i], all);
+    if (!truth.sure) continue;
+    ++sure;
+    ASSERT_EQ(hits[i].prim, truth.prim) << i;
+    if (truth.prim == NO_HIT) continue;
+    ++met;
+    ASSERT_NEAR(hits[i].t, truth.t, 1e-4) << i;
+  }
+  EXPECT_GT(sure, 2000u);
+  EXPECT_GT(met, 1000u);
+}
+
+TEST_F(UserShapes, StandAmongTrianglesAndInInstances) {
+  const std::vector<glm::vec4> all = spheres(100);
+  const shapes::Triangles round = stand_ins_of(all), flat = shapes::soup(300, 0.2f);
+  const std::vector<Ray> rays = shapes::random_rays(2000);
+  const auto mixed = make(*gpu_, shapes::joined(round, flat)), rest = make(*gpu_, flat), own = make(*gpu_, round);
+  const auto hits = hits_of(mixed->tracer->tree(), all, rays, "nearest(rays[index])",
+                            "bool is_shape(uint prim) { return prim < 100u; }");
+  const auto round_hits = hits_of(own->tracer->tree(), all, rays, "nearest(rays[index])");
+  const Answers flat_hits = built_in(*rest->tracer, rays, {});
+  std::vector<Hit> truth = round_hits;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const Hit& other = flat_hits.hits[i];
+    if (other.t < truth[i].t) truth[i] = {other.t, other.prim + 100, other.u, other.v};
+  }
+  EXPECT_EQ(different(hits, truth), 0u);
+  const Placement placements[] = {{0, forests::moved({0, 0, 0})}, {0, forests::moved({50, 0, 0})}};
+  Forest forest = forests::make_forest({round}, placements);
+  Tracer tracer(*gpu_, forest);
+  EXPECT_EQ(different(hits_of(tracer.tree(), all, rays, "nearest(rays[index])"), round_hits), 0u);
+  std::vector<Ray> beside = rays;
+  for (Ray& ray : beside) ray.origin.x += 50;
+  const auto second = hits_of(tracer.tree(), all, beside, "nearest(rays[index])");
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    same += second[i].prim == (round_hits[i].prim == NO_HIT ? NO_HIT : round_hits[i].prim + 100);
+  EXPECT_GT(same, 1980u);  // origins are rounded at 50
+}
+
+TEST_F(UserShapes, WrongOnesAreRefused) {
+  const auto t = make(*gpu_, stand_ins(std::vector<Bounds>{{{0, 0, 0}, {0, 0, 0}}, {{1, 2, 3}, {1, 2, 4}}}));
+  EXPECT_EQ(t->bvh.stats.degenerate, 0u);
+  EXPECT_THROW(stand_ins(std::vector<Bounds>{{{0, 0, 0}, {1, -1, 1}}}), Error);
+  EXPECT_THROW(stand_ins(std::vector<Bounds>{{{0, NAN, 0}, {1, 1, 1}}}), Error);
+  for (const char* call : {"count(rays[index])", "closest(rays[index].origin).prim"}) {
+    UserText text = over_rays("uint", call, kSphere);
+    text.arrays.push_back({"spheres", "vec4"});
+    EXPECT_THROW(UserKernel(*gpu_, t->tracer->tree(), text), Error);
+  }
 }
 
 }  // namespace

@@ -4,6 +4,22 @@
 Ray asked_ray;
 uvec4 hit_words[2];  // a hit, or a closest point
 
+#if defined(CALLED_ACCEPT) || defined(CALLED_INTERSECT)
+// The number in the scene of a prim of the mesh that is walked.
+uint scene_prim(uint prim);
+#endif
+
+#ifdef CALLED_INTERSECT
+// The user's: what a ray meets of a shape.
+bool intersect(uint prim, Ray ray, inout Hit hit);
+// The same for a prim of the mesh that is walked.
+bool meets_shape(Ray ray, uint prim, out float t, out float u, out float v);
+#endif
+#ifdef CALLED_IS_SHAPE
+// The user's: false for a triangle.
+bool is_shape(uint prim);
+#endif
+
 #ifdef CALLED_ACCEPT
 // The user's: false leaves a hit out.
 bool accept(Hit hit);

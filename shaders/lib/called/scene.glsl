@@ -8,6 +8,10 @@
 //   Nearest closest(vec3 point, float farthest)  the same, no farther away than that
 //   bool accept(Hit hit)                       the user's, if he writes it: a hit that it refuses is left out by
 //                                              nearest(), any() and count()
+//   bool intersect(uint prim, Ray ray, inout Hit hit)
+//                                              the user's, if he writes it: finds what a ray meets of his shape `prim`,
+//                                              sets t, u and v of the hit, and returns true if there is any
+//   bool is_shape(uint prim)                   the user's, if some prims are triangles after all: false for those
 // Records and their dead values are those of shared/layout.h and shared/query.h. The answers are, to the last bit,
 // those of shaders/traverse/while_while.comp, shaders/query/crossings.comp and shaders/query/closest_point.comp: the
 // text of the walks is the same.
@@ -17,11 +21,15 @@
 //          words among instances
 //
 // What is called alone is compiled: CALLS_NEAREST, CALLS_ANY, CALLS_COUNT, CALLS_CLOSEST are 1 if it is, else 0.
-// CALLED_ACCEPT is defined if there is accept().
+// CALLED_ACCEPT, CALLED_INTERSECT and CALLED_IS_SHAPE are defined if there is such a function of the user's.
 //
 // accept() sees every triangle that count() would count; of nearest() every one that is nearer than what was accepted
 // before it; of any() every one until it accepts one. The order is the walk's. So an answer does not depend on the
 // order if accept() goes by nothing but the hit and what was set before the call. It must not call the scene.
+//
+// intersect() gets the ray in the space of the mesh, its direction scaled by a power of two, and with the t_max that a
+// hit has to be within; t counts multiples of that direction. What it finds must lie in the box that the user gave for
+// the shape, but for rounding of its own, which he adds to the box: a ray that misses the box is not shown to it.
 #define METHOD_CALLED
 #if CALLS_ANY
 #undef BALLOT_ANY_HIT
@@ -116,14 +124,35 @@ Nearest closest(vec3 point, float farthest) {
 Nearest closest(vec3 point) { return closest(point, uintBitsToFloat(0x7F800000u)); }
 #endif
 
+#if defined(CALLED_ACCEPT) || defined(CALLED_INTERSECT)
+uint scene_prim(uint prim) {
+#if BALLOT_INSTANCES
+  return first_prim + prim;
+#else
+  return prim;
+#endif
+}
+#endif
+
 #ifdef CALLED_ACCEPT
 bool is_accepted(Hit hit) {
-  uint prim = prim_at(hit.prim);
+  uint prim = scene_prim(prim_at(hit.prim));
 #if BALLOT_INSTANCES
-  return accept(Hit(hit.t * object_scale * world_scale, first_prim + prim, hit.u, hit.v));
+  return accept(Hit(hit.t * object_scale * world_scale, prim, hit.u, hit.v));
 #else
   return accept(Hit(hit.t * direction_scale(asked_ray.dir), prim, hit.u, hit.v));
 #endif
+}
+#endif
+
+#ifdef CALLED_INTERSECT
+bool meets_shape(Ray ray, uint prim, out float t, out float u, out float v) {
+  Hit hit = Hit(ray.t_max, scene_prim(prim), 0.0, 0.0);
+  bool met = intersect(hit.prim, ray, hit);
+  t = hit.t;
+  u = hit.u;
+  v = hit.v;
+  return met;
 }
 #endif
 

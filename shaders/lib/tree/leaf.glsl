@@ -73,7 +73,14 @@ bool meets(Walker w, NodeBox box, out float entry) {
 void consider(inout Walker w, uint block, uint i) {
   float t, u, v;
   TriangleTexels triangle = fetch_triangle(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS, texel_order(w.space));
+#ifdef CALLED_INTERSECT
+  bool hit = meets_shape(Ray(w.ray.origin, w.ray.t_min, w.ray.dir, w.hit.t), triangle.a.w, t, u, v);
+#ifdef CALLED_IS_SHAPE
+  if (!is_shape(scene_prim(triangle.a.w))) hit = hit_triangle(w.ray, w.space, triangle, t, u, v);
+#endif
+#else
   bool hit = hit_triangle(w.ray, w.space, triangle, t, u, v);
+#endif
   if (hit && may_count(w.space, t, w.ray, w.hit)) {
     uint place = triangle_place(triangle, block, i);
 #ifdef CALLED_ACCEPT
