@@ -14,15 +14,14 @@ namespace ballot {
 namespace {
 
 /// Returns the variant whose kernel configuration query kernels take.
-Variant variant_for(const DeviceInfo& device, bool wide) {
+Variant variant_for(const DeviceInfo& device, bool wide, const NumericMode& numeric = find_numeric(kDefaultNumeric)) {
   const Method& method = find_method(wide ? "bvh8" : "while-while");
-  const NumericMode& numeric = find_numeric("watertight");
   return {&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, device, {{"launch", "plain"}})};
 }
 
 /// The same for a tree whose arrays may need another way to read them.
-Variant variant_for(const DeviceInfo& device, bool wide, const DeviceTree& tree) {
-  Variant variant = variant_for(device, wide);
+Variant variant_for(const DeviceInfo& device, bool wide, const NumericMode& numeric, const DeviceTree& tree) {
+  Variant variant = variant_for(device, wide, numeric);
   variant.config.fetch = tree.fitting_fetch(variant.config.fetch);
   return variant;
 }
@@ -86,7 +85,8 @@ QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defin
       wide_(wide),
       constants_(std::move(constants)),
       own_(std::move(own)),
-      config_(variant_for(gpu.info(), wide, tree).config),
+      numeric_(find_numeric(own_.numeric)),
+      config_(variant_for(gpu.info(), wide, numeric_, tree).config),
       work_(gpu, 1, Access::Storage, "query work counter") {}
 
 std::uint32_t QueryKernel::most() const {
@@ -95,7 +95,7 @@ std::uint32_t QueryKernel::most() const {
 }
 
 void QueryKernel::prepare() {
-  const Variant variant = variant_for(gpu_.info(), wide_, tree_);
+  const Variant variant = variant_for(gpu_.info(), wide_, numeric_, tree_);
   KernelSource source_now = source_of(name_, variant, gpu_.info(), tree_.facts(), defines_);
   source_now.constants.insert(constants_.begin(), constants_.end());
   if (!own_.text.empty()) source_now.text = own_.text, source_now.name = own_.name, source_now.robust = true;
@@ -107,9 +107,9 @@ void QueryKernel::prepare() {
   config_ = variant.config;
   // Walks that the driver cut short are repeated from nodes that the host knows.
   const Source source =
-      config_.loops_cut || wide_ ? Source::Host : tree_.source_of(TreeFormatId::Pair, LeafFormat::Vertices);
+      config_.loops_cut || wide_ ? Source::Host : tree_.source_of(TreeFormatId::Pair, numeric_.leaves);
   const TreeFormatId format = wide_ ? TreeFormatId::Bvh8 : TreeFormatId::Pair;
-  arrays_ = {tree_, {format, LeafFormat::Vertices, config_.tree_access(), !wide_, source}};
+  arrays_ = {tree_, {format, numeric_.leaves, config_.tree_access(), !wide_, source}};
   arrays_.bind(*kernel_, config_.fetch);
   kernel_->bind(BIND_WORK, work_);
   if (kernel_->wants(BIND_HITS)) kernel_->bind(BIND_HITS, work_);  // for kernels that write no hits

@@ -25,9 +25,10 @@ KernelSource query_source(const std::string& name, const DeviceInfo& device, con
 /// Specialisation constants by id.
 using SpecConstants = std::map<std::uint32_t, std::uint32_t>;
 
-/// A kernel whose text is no file (KernelSource::text), and what messages call it.
+/// A kernel whose text is no file (KernelSource::text): what messages call it, and its numeric mode.
 struct OwnText {
   std::string text, name;
+  std::string_view numeric = kDefaultNumeric;
 };
 
 /// A kernel with the arrays of a tree or a forest. One invocation answers one query. Belongs to the thread of its
@@ -83,6 +84,7 @@ class QueryKernel {
   bool wide_;
   SpecConstants constants_;
   OwnText own_;
+  const NumericMode& numeric_;
   KernelConfig config_;
   std::unique_ptr<Kernel> kernel_;
   KernelSource source_;           // that it was made from

@@ -36,7 +36,8 @@ struct UserKernel::Parts {
     if (wants_each_once() && once.update()) kernel.reset();
     DeviceTree& tree = this->tree();
     if (!kernel)
-      kernel.emplace(gpu, tree, "called", whole.defines, false, SpecConstants(), OwnText{whole.text, text.name});
+      kernel.emplace(gpu, tree, "called", whole.defines, false, SpecConstants(),
+                     OwnText{whole.text, text.name, text.numeric});
     kernel->prepare();
     if (!whole.calls.closest || !tree.forest()) return;
     instances.update(gpu, tree, kernel->fetch());

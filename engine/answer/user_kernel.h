@@ -37,16 +37,18 @@ struct UserText {
   /// GLSL (version 460, for Vulkan) with `void main(uint index)`, which is called once for each index. It may have
   /// functions, constants, variables of an invocation, structs and macros of its own, whatever their names, but for
   /// those of shaders/lib/called/scene.glsl, whose calls it may make, and names that begin with `ballot_`. It has no
-  /// #include, #version or buffers of its own.
+  /// #include, #version or buffers of its own, and no barrier(), as some invocations have no index.
   std::string text = {};
   std::string file = "kernel.glsl";  // in messages of the compiler, which count lines from first_line on
   std::uint32_t first_line = 1;
   std::vector<UserArray> arrays = {};
   std::vector<UserNumber> numbers = {};
+  /// The numeric mode of nearest() and any(): watertight, plain or fast. Other calls, and shapes, take watertight.
+  std::string numeric = "watertight";
 };
 
-/// A user's kernel over a scene. Its calls of the scene have the bits of the answers that Tracer (mode watertight),
-/// RayQueries and PointQueries give. Follows the scene's tree when it changes. Belongs to the thread of its Context.
+/// A user's kernel over a scene. Its calls of the scene have the bits of the answers that Tracer (method while-while; in
+/// mode watertight all methods have the same), RayQueries and PointQueries give. Follows the scene's tree when it changes. Belongs to the thread of its Context.
 ///
 /// Arrays: an index beyond the end of an array is the kernel's fault. On devices with VK_EXT_pipeline_robustness it
 /// reads something or nothing, and writes nothing outside of the array (is_robust()); on others it may read and write

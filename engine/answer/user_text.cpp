@@ -5,6 +5,7 @@
 #include <cctype>
 #include <set>
 
+#include "engine/answer/numeric.h"
 #include "engine/core/error.h"
 #include "shaders/shared/query.h"
 
@@ -132,6 +133,15 @@ void check_text(const UserText& user, const Words& words) {
   check_main(user, words);
 }
 
+void check_numeric(const UserText& user, const UserCalls& calls) {
+  if (find_numeric(user.numeric).needs_float64)
+    fail(Failure::Arguments, "kernel {}: numeric mode {}; kernels of users take watertight, plain or fast", user.name,
+         user.numeric);
+  if (user.numeric != kDefaultNumeric && (calls.count || calls.closest || calls.intersects))
+    fail(Failure::Arguments, "kernel {}: numeric mode {} with count(), closest() or intersect(), which take {}",
+         user.name, user.numeric, kDefaultNumeric);
+}
+
 /// Checks the names and types of arrays or numbers, and adds the names to `declared`.
 template <class Declared>
 void check_declared(const UserText& user, const std::vector<Declared>& all, std::string_view what, bool records,
@@ -215,6 +225,7 @@ WholeText whole_text(const UserText& user) {
   if (c.accepts) whole.defines.emplace_back("CALLED_ACCEPT", 1);
   if (c.intersects) whole.defines.emplace_back("CALLED_INTERSECT", 1);
   if (c.intersects && declared.contains("is_shape")) whole.defines.emplace_back("CALLED_IS_SHAPE", 1);
+  check_numeric(user, c);
   if (c.intersects && (c.count || c.closest))
     fail(Failure::Arguments, "kernel {}: {} has intersect() and calls {}(), which knows triangles alone", user.name,
          user.file, c.count ? "count" : "closest");

@@ -70,6 +70,22 @@ TEST_F(UserKernels, HaveTheAnswersOfTheBuiltInKernelsAmongInstances) {
   expect_built_in_answers(tracer, forests::rays_for(forest, 3000), probes_about(world, bounds));
 }
 
+TEST_F(UserKernels, HaveTheAnswersOfTheirNumericMode) {
+  const auto t = make(*gpu_, shapes::soup(3000, 0.1f));
+  const std::vector<Ray> rays = rays_about(t->triangles, t->bvh);
+  for (const char* numeric : {"plain", "fast"})
+    for (const Want want : {Want::Nearest, Want::Any}) {
+      UserText text = over_rays("Hit", want == Want::Nearest ? "nearest(rays[index])"
+                                                             : "any(rays[index]) ? Hit(0, 1, 0, 0) : Hit(0, 0, 0, 0)");
+      text.numeric = numeric;
+      std::vector<Hit> truth(rays.size());
+      t->tracer->trace(rays, truth, {.want = want, .method = "while-while", .numeric = numeric});
+      if (want == Want::Any)
+        for (Hit& hit : truth) hit = {0, hit.prim != NO_HIT, 0, 0};
+      EXPECT_EQ(different(answers<Hit>(t->tracer->tree(), text, rays), truth), 0u) << numeric;
+    }
+}
+
 TEST_F(UserKernels, CompileForWhatTheyCallAlone) {
   const auto t = make(*gpu_, shapes::soup(300, 0.4f));
   Forest forest = forests::make_forest(forests::three_meshes(), forests::twelve_instances());

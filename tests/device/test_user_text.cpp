@@ -120,6 +120,12 @@ TEST_F(UserTexts, WrongOnesAreRefused) {
     text.arrays.push_back(array);
     EXPECT_TRUE(has(refusal(text), part)) << refusal(text);
   }
+  const std::pair<const char*, const char*> modes[] = {{"exact", "exact"}, {"plain", "count()"}, {"none", "none"}};
+  for (const auto& [numeric, part] : modes) {
+    UserText text = text_of("void main(uint index) { out_of[index] = float(count(Ray(given[0], 0, given[1], 1))); }");
+    text.numeric = numeric;
+    EXPECT_TRUE(has(refusal(text), part)) << refusal(text);
+  }
   UserText text = text_of(good);
   text.numbers.push_back({"a", "Hit"});
   EXPECT_TRUE(has(refusal(text), "'Hit'")) << refusal(text);
