@@ -47,8 +47,10 @@ struct UserText {
   std::string numeric = "watertight";
 };
 
-/// A user's kernel over a scene. Its calls of the scene have the bits of the answers that Tracer (method while-while; in
-/// mode watertight all methods have the same), RayQueries and PointQueries give. Follows the scene's tree when it changes. Belongs to the thread of its Context.
+/// A user's kernel over a scene. Its calls of the scene have the bits of the answers that Tracer, by method
+/// while-while, RayQueries and PointQueries give; in mode watertight all methods have the same bits. Each call is a
+/// walk of its invocation alone, in any control flow. Follows the scene's tree when it changes. Belongs to the thread
+/// of its Context.
 ///
 /// Arrays: an index beyond the end of an array is the kernel's fault. On devices with VK_EXT_pipeline_robustness it
 /// reads something or nothing, and writes nothing outside of the array (is_robust()); on others it may read and write
