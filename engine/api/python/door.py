@@ -167,8 +167,9 @@ def python(door: Door) -> str:
     of["scenes"] = [r for r in door.rows["BallotSceneOptions"] if not r.kinds]
     of["files"] = door.rows["BallotSceneOptions"]
     lines = ['"""What the C interface says: options, columns, infos and error codes. Made by door.py."""', "",
-             "from __future__ import annotations", "", "import enum", "import re", "from collections.abc import Callable, Mapping",
-             "from typing import NamedTuple, TypedDict", "", "import numpy as np", "", "",
+             "from __future__ import annotations", "", "import enum", "import re",
+             "from collections.abc import Callable, Mapping", "from typing import NamedTuple, TypedDict", "",
+             "import numpy as np", "", "",
              "class Code(enum.IntEnum):", '    """The kind of a failure, Error.code."""', ""]  # fmt: skip
     for name, number, text in door.codes:
         lines += field(f"{name} = {number}", words_of_python(text))
@@ -208,7 +209,8 @@ def python(door: Door) -> str:
               "    text = function.__doc__ or \"\"",
               "    for name, words in _TEXTS.items():",
               '        rows = words.replace("\\n", "\\n{0}")',
-              '        text = re.sub(r"^( *)\\{" + name + r"\\}", lambda at: at[1] + rows.replace("{0}", at[1]), text, flags=re.M)',
+              '        text = re.sub(r"^( *)\\{" + name + r"\\}", '
+              'lambda at: at[1] + rows.replace("{0}", at[1]), text, flags=re.M)',
               "    function.__doc__ = text", "    return function", ""]  # fmt: skip
     text = "\n".join(lines)
     return text.replace("import NamedTuple, TypedDict\n", "import NamedTuple, TypedDict, TypeVar\n").replace(
