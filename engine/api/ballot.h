@@ -96,8 +96,8 @@ class Scene {
     check(ballot_scene_set_vertices(handle_.get(), mesh, to.positions, to.vertex_count, stride));
   }
 
-  /// The same by the first records of an array on the device, which commit() reads there: keep what it holds until then.
-  /// ballot_scene_set_vertex_buffer() tells when the host sees them.
+  /// The same by the first records of an array on the device, which commit() reads there: keep what it holds until
+  /// then. ballot_scene_set_vertex_buffer() tells when the host sees them.
   void set_vertices(std::uint32_t mesh, const Array<Vertex>& vertices) {
     check(ballot_scene_set_vertex_buffer(handle_.get(), mesh, vertices.handle()));
   }

@@ -65,8 +65,8 @@ class Job {
   detail::Handle<BallotJob, ballot_job_destroy> handle_;
 };
 
-/// An array on a device: of Ray or Hit, of Vertex, of Point, or of what Scene::nearest() answers: NearestPoint, float (signed
-/// distances) or std::uint32_t (1 inside).
+/// An array on a device: of Ray or Hit, of Vertex, of Point, or of what Scene::nearest() answers: NearestPoint, float
+/// (signed distances) or std::uint32_t (1 inside).
 template <class T>
 class Array {
  public:
