@@ -116,4 +116,17 @@ class Watched {
   std::optional<Interruptible> work_;
 };
 
+/// Runs answer(query, watch), which returns the times of a call, on a scene's device: with the options of the call, and
+/// its progress function at hand. `what` is counted: "rays".
+template <class Answer>
+void run_call(SceneState& scene, const BallotQuery* query, const Kind& kind, const char* what, BallotTimes* times,
+              const Answer& answer) {
+  const BallotQuery q = read_query(query, kind);
+  Watch watch(q, *scene.device, what);
+  const Watched watched(watch);
+  const DeviceUse use(*scene.device);
+  keep_fit(scene);
+  write_struct(times, answer(q, watch), "BallotTimes");
+}
+
 }  // namespace ballot::api

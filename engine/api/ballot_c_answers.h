@@ -98,8 +98,9 @@ typedef struct BallotQuery {
    * so many, filled up with misses. 0: one hit; of crossings all. Up to 16 are looked for no farther than they lie. */
   uint32_t first BALLOT_ZERO;
   BallotText method BALLOT_ZERO; /* Of hits: the traversal method, as `ballot methods` lists them; NULL: "auto" */
-  /* "watertight", or "exact": what is found, and its order, are those of exact arithmetic; the host decides what the
-   * device leaves open. Hits have "plain" and "fast" as well: float32 without promises. NULL: "watertight". */
+  /* Of hits, crossings and points: "watertight", or "exact": what is found, and its order, are those of exact
+   * arithmetic; the host decides what the device leaves open. Hits have "plain" and "fast" as well: float32 without
+   * promises. NULL: "watertight". */
   BallotText numeric BALLOT_ZERO;
   BallotText knobs BALLOT_ZERO; /* Of hits: settings of the method, as "vote=count,lanes=8"; NULL: its defaults */
   /* Of hits: for method auto a ray kind ("primary", "shadow", "ao", "diffuse", ...), or "coherent", "mixed",

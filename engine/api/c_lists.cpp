@@ -170,12 +170,8 @@ BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, c
     need(lists, "ballot_list_crossings", "lists");
     const RayArray array(read_struct(rays, "BallotRays"));
     const BallotLists l = read_struct(lists, "BallotLists");
-    const BallotQuery q = read_query(query, kCrossingsKind);
-    Watch watch(q, *state->device);
-    const Watched watched(watch);
-    const DeviceUse use(*state->device);
-    keep_fit(*state);
-    write_struct(times, list_crossings(*state, array, l, q, watch), "BallotTimes");
+    run_call(*state, query, kCrossingsKind, "rays", times,
+             [&](const BallotQuery& q, Watch& watch) { return list_crossings(*state, array, l, q, watch); });
   });
 }
 
@@ -186,11 +182,7 @@ BallotStatus ballot_list_within(BallotScene* scene, const BallotPoints* points, 
     need(lists, "ballot_list_within", "lists");
     const PointArray array(read_struct(points, "BallotPoints"), true);
     const BallotLists l = read_struct(lists, "BallotLists");
-    const BallotQuery q = read_query(query, kWithinKind);
-    Watch watch(q, *state->device, "points");
-    const Watched watched(watch);
-    const DeviceUse use(*state->device);
-    keep_fit(*state);
-    write_struct(times, list_within(*state, array, l, watch), "BallotTimes");
+    run_call(*state, query, kWithinKind, "points", times,
+             [&](const BallotQuery&, Watch& watch) { return list_within(*state, array, l, watch); });
   });
 }

@@ -170,12 +170,8 @@ BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points,
     need(nearest, "ballot_query_points", "nearest");
     const PointArray array(read_struct(points, "BallotPoints"));
     const BallotNearest to = read_struct(nearest, "BallotNearest");
-    const BallotQuery q = read_query(query, kPointsKind);
-    Watch watch(q, *state->device, "points");
-    const Watched watched(watch);
-    const DeviceUse use(*state->device);
-    keep_fit(*state);
-    write_struct(times, query_points(*state, array, to, q, watch), "BallotTimes");
+    run_call(*state, query, kPointsKind, "points", times,
+             [&](const BallotQuery& q, Watch& watch) { return query_points(*state, array, to, q, watch); });
   });
 }
 

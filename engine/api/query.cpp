@@ -11,7 +11,7 @@ namespace ballot::api {
 
 const Kind kHitsKind{door::kHits, "hits"}, kCrossingsKind{door::kCrossings, "crossings"},
     kPointsKind{door::kPoints, "points"}, kWithinKind{door::kWithin, "triangles within a limit"},
-    kArraysKind{door::kHits, "arrays on the device"}, kPictureKind{door::kHits, "pictures"};
+    kArraysKind{door::kHits, "arrays on the device", false}, kPictureKind{door::kHits, "pictures", false};
 
 namespace {
 
@@ -23,10 +23,7 @@ bool is_set(const BallotQuery& query, const door::Row& row) {
 
 /// Returns whether a kind of answer has an option.
 bool has(const Kind& kind, const door::Row& row) {
-  if (!(row.kinds & kind.options)) return false;
-  if (&kind == &kWithinKind) return false;
-  const bool by_methods = &kind == &kArraysKind || &kind == &kPictureKind;
-  return !by_methods || row.kinds != (door::kHits | door::kCrossings);
+  return (row.kinds & kind.options) && (kind.filters || row.kinds != (door::kHits | door::kCrossings));
 }
 
 /// Returns whether a query asks for mode exact, of an answer that has no more modes than two.

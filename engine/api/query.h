@@ -8,10 +8,11 @@
 
 namespace ballot::api {
 
-/// What a call answers: a kind that options are for, and the call's name in errors.
+/// What a call answers: a kind that options are for, and its name in errors.
 struct Kind {
   unsigned options;  // door::Kinds
   const char* name;
+  bool filters = true;  // it has those options of hits that crossings have, too
 };
 extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kArraysKind, kPictureKind;
 

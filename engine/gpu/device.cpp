@@ -110,27 +110,29 @@ void list_lacks(DeviceInfo& info) {
   lack(info.timestamp_ns > 0, "timestamps: times are wall times of the host");
 }
 
-bool reports_faults(const Vulkan& vk, VkPhysicalDevice device, const std::vector<VkExtensionProperties>& extensions) {
-  if (!has_extension(extensions, VK_EXT_DEVICE_FAULT_EXTENSION_NAME)) return false;
-  VkPhysicalDeviceFaultFeaturesEXT faults{};
-  faults.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FAULT_FEATURES_EXT;
+/// Returns the features of an extension that a device has.
+template <class Features>
+Features features_of(const Vulkan& vk, VkPhysicalDevice device, VkStructureType type) {
+  Features of_extension{};
+  of_extension.sType = type;
   VkPhysicalDeviceFeatures2 features{};
   features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
-  features.pNext = &faults;
+  features.pNext = &of_extension;
   vk.GetPhysicalDeviceFeatures2(device, &features);
-  return faults.deviceFault == VK_TRUE;
+  return of_extension;
+}
+
+bool reports_faults(const Vulkan& vk, VkPhysicalDevice device, const std::vector<VkExtensionProperties>& extensions) {
+  constexpr VkStructureType kType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FAULT_FEATURES_EXT;
+  return has_extension(extensions, VK_EXT_DEVICE_FAULT_EXTENSION_NAME) &&
+         features_of<VkPhysicalDeviceFaultFeaturesEXT>(vk, device, kType).deviceFault;
 }
 
 bool keeps_indices_within(const Vulkan& vk, VkPhysicalDevice device,
                           const std::vector<VkExtensionProperties>& extensions) {
-  if (!has_extension(extensions, VK_EXT_PIPELINE_ROBUSTNESS_EXTENSION_NAME)) return false;
-  VkPhysicalDevicePipelineRobustnessFeaturesEXT robustness{};
-  robustness.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_ROBUSTNESS_FEATURES_EXT;
-  VkPhysicalDeviceFeatures2 features{};
-  features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
-  features.pNext = &robustness;
-  vk.GetPhysicalDeviceFeatures2(device, &features);
-  return robustness.pipelineRobustness == VK_TRUE;
+  constexpr VkStructureType kType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PIPELINE_ROBUSTNESS_FEATURES_EXT;
+  return has_extension(extensions, VK_EXT_PIPELINE_ROBUSTNESS_EXTENSION_NAME) &&
+         features_of<VkPhysicalDevicePipelineRobustnessFeaturesEXT>(vk, device, kType).pipelineRobustness;
 }
 
 DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {

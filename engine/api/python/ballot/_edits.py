@@ -94,14 +94,15 @@ class Edits:
         anew. commit() raises ValueError if a coordinate is not finite.
         """
         number = _query.integer(mesh, "mesh", 0, _MOST)
-        self._edited = True
         if isinstance(vertices, Array):
             self._handle.set_vertex_array(number, vertices._handle)
+            self._edited = True
             self._held[number] = vertices
             return
         known = self._changed.get(number) or self._own.get(number)
         positions = _mesh.positions(vertices, f"mesh {number}: vertices", known is None or known.indices is None)
         self._handle.set_vertices(number, positions)
+        self._edited = True
         self._held[number] = positions
 
     def add_instances(self, instances: Any, meshes: Any = None, masks: Any = None) -> np.ndarray:
