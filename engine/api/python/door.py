@@ -227,7 +227,9 @@ def main() -> None:
     for path, made in ((options.rows, c_rows), (options.python, python)):
         if path:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(made(door))
+            text = made(door)
+            if not path.exists() or path.read_text() != text:  # else what depends on it stays as it is
+                path.write_text(text)
 
 
 if __name__ == "__main__":
