@@ -1,16 +1,10 @@
 #include "engine/answer/crossing_kernels.h"
 
-#include <algorithm>
-
-#include "engine/core/error.h"
-#include "engine/core/parallel.h"
 #include "engine/tree/formats/bvh8.h"
 
 namespace ballot {
 
 namespace {
-
-constexpr std::uint32_t kAllBits = 0xFFFFFFFFu;
 
 /// Returns the defines of a kernel. `alpha`: those of surfaces, if it reads them.
 Defines defines_of(const CrossingVariant& v, bool wide, const Defines& alpha) {
@@ -60,19 +54,7 @@ std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const
 
 void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangle_masks) {
   if (whole_.update()) kernels_.clear();
-  if (!masks) return;
-  const Forest* forest = tree().forest();
-  const std::size_t triangles = forest ? std::size_t(forest->triangle_count()) : tree().bvh().stats.triangles;
-  if (triangle_masks.empty()) {
-    all_bits_.assign(triangles, kAllBits);
-    triangle_masks = all_bits_;
-  }
-  if (triangle_masks.size() != triangles)
-    fail(Failure::Arguments, "masks of triangles: found {}; the scene has {} triangles", triangle_masks.size(),
-         triangles);
-  if (triangle_masks_ && std::ranges::equal(triangle_masks, uploaded_)) return;
-  uploaded_.assign(triangle_masks.begin(), triangle_masks.end());
-  buffer_for(triangle_masks_, gpu_, triangles, "masks of triangles").upload(triangle_masks);
+  if (masks) masks_.take(tree(), triangle_masks);
 }
 
 QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs) {
@@ -90,7 +72,7 @@ QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs)
   }
   one->prepare();
   if (variant.alpha) one->bind(alpha_);
-  if (variant.masks) one->bind(BIND_TRIANGLE_MASKS, *triangle_masks_);
+  if (variant.masks) masks_.bind_triangles(*one);
   return *one;
 }
 
@@ -98,31 +80,12 @@ std::vector<TreePiece> CrossingKernels::pieces(const CrossingVariant& variant, s
   return kernel(variant, true).pieces(limit);
 }
 
-void CrossingKernels::bind_masks(QueryKernel& kernel, const CrossingVariant& variant, std::size_t rays,
-                                 std::span<const std::uint32_t> masks, bool apart) {
-  if (!variant.masks) return;
-  if (masks.empty()) all_bits_.assign(std::max(all_bits_.size(), rays), kAllBits);
-  if (masks.empty()) masks = std::span<const std::uint32_t>(all_bits_).first(rays);
-  Masks& next = masks_[turn_ % masks_.size()];
-  Buffer<std::uint32_t>& there = buffer_for(apart ? masks_apart_ : next.there, gpu_, rays, "masks of rays");
-  last_masks_ = &there;
-  kernel.bind(BIND_RAY_MASKS, there);
-  if (apart || there.mapped()) return there.upload(masks);
-  ++turn_;
-  if (!next.here || next.here->size() < rays) {
-    next.here.reset();
-    next.here = std::make_unique<Buffer<std::uint32_t>>(gpu_, rays, Access::Host, "masks of rays of the host");
-  }
-  copy_parallel(masks, std::span(reinterpret_cast<std::uint32_t*>(next.here->mapped()), rays));
-  gpu_.pass("copying masks in", [&](Commands& cmd) { cmd.copy(*next.here, there, rays * sizeof(std::uint32_t)); });
-}
-
 std::uint32_t CrossingKernels::count_there(const CrossingVariant& variant, const Chunk<Ray, std::uint32_t>& chunk,
                                            std::span<const std::uint32_t> masks, TraceTimes& times) {
   QueryKernel& counts = kernel(variant, false);
   counts.bind(BIND_RAYS, chunk.questions);
   counts.bind(BIND_CROSSINGS, chunk.answers);
-  bind_masks(counts, variant, chunk.here.size(), masks, false);
+  if (variant.masks) masks_.bind(counts, chunk.here.size(), masks, false);
   return counts.answer(0, chunk.count(), {tree().root()}, times, chunk.launched);
 }
 
@@ -133,7 +96,7 @@ std::uint32_t CrossingKernels::count(const CrossingVariant& variant, const RaySp
   rays.upload(some.rays);
   counts.bind(BIND_RAYS, rays);
   counts.bind(BIND_CROSSINGS, buffer_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
-  bind_masks(counts, variant, some.rays.size(), some.masks, true);
+  if (variant.masks) masks_.bind(counts, some.rays.size(), some.masks, true);
   const std::uint32_t unfinished = counts.run(std::uint32_t(some.rays.size()), piece, times);
   counts_->download(found);
   return unfinished;

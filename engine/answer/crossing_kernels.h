@@ -1,13 +1,12 @@
 // The kernels of shaders/query/crossings.comp over a tree, with their buffers. Internal to engine/answer.
 #pragma once
 
-#include <array>
 #include <map>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "engine/answer/query_kernel.h"
+#include "engine/answer/query_masks.h"
 #include "engine/answer/ray_queries.h"
 
 namespace ballot {
@@ -36,7 +35,7 @@ class CrossingKernels {
  public:
   /// Keeps references to gpu and scene.
   CrossingKernels(Context& gpu, DeviceTree& scene, SurfaceAlpha alpha)
-      : gpu_(gpu), whole_(gpu, scene), alpha_(std::move(alpha)) {}
+      : gpu_(gpu), whole_(gpu, scene), alpha_(std::move(alpha)), masks_(gpu) {}
 
   /// Follows the scene's tree and, if masks are asked for, takes those of its triangles; none: all bits. Call it before
   /// a query. Throws Error(Arguments) if there are not as many masks as triangles.
@@ -47,13 +46,8 @@ class CrossingKernels {
   /// Returns a kernel, prepared, with all bound that it reads besides rays and their masks. `pairs`: it walks pieces of
   /// the tree.
   QueryKernel& kernel(const CrossingVariant& variant, bool pairs);
-  /// Binds the masks of the rays that a kernel is asked next. `apart`: those of a stream under way stay as they are.
-  void bind_masks(QueryKernel& kernel, const CrossingVariant& variant, std::size_t rays,
-                  std::span<const std::uint32_t> masks, bool apart);
-  /// Binds those that were bound last.
-  void bind_masks_again(QueryKernel& kernel, const CrossingVariant& variant) {
-    if (variant.masks) kernel.bind(BIND_RAY_MASKS, *last_masks_);
-  }
+  /// The masks of rays, which are bound by who asks a kernel of a variant with masks.
+  QueryMasks& masks() { return masks_; }
 
   /// Counts the crossings of each ray in a piece of the tree. Returns how many rays were cut short: their count is
   /// UNFINISHED. The count of a ray that mode exact leaves open is UNSURE.
@@ -72,21 +66,13 @@ class CrossingKernels {
   struct Kernels {
     std::optional<QueryKernel> whole, pieces;
   };
-  /// The masks of the rays of a chunk.
-  struct Masks {
-    std::unique_ptr<Buffer<std::uint32_t>> there, here;
-  };
-
   Context& gpu_;
   WholeTree whole_;
   SurfaceAlpha alpha_;
   std::map<CrossingVariant, Kernels> kernels_;
   std::unique_ptr<Buffer<Ray>> rays_;
-  std::unique_ptr<Buffer<std::uint32_t>> triangle_masks_, counts_, masks_apart_;
-  std::array<Masks, 3> masks_;  // of chunks under way, taken in turn
-  std::size_t turn_ = 0;
-  const RawBuffer* last_masks_ = nullptr;
-  std::vector<std::uint32_t> all_bits_, uploaded_;
+  std::unique_ptr<Buffer<std::uint32_t>> counts_;
+  QueryMasks masks_;
 };
 
 }  // namespace ballot

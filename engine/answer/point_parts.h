@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <tuple>
 
 #include "engine/answer/lists.h"
 #include "engine/answer/point_instances.h"
@@ -21,7 +22,7 @@ struct PointQueries::Parts {
   using InsideRunner = Runner<point_queries::InsideQuery>;
 
   /// Parity needs each triangle once, so that query walks a tree without spatial splits.
-  Parts(Context& device, DeviceTree& tree) : gpu(device), scene(tree), whole(device, tree) {}
+  Parts(Context& device, DeviceTree& tree) : gpu(device), scene(tree), whole(device, tree), within_masks(device) {}
 
   /// Return the runner of a query, prepared for the tree as it is now.
   NearestRunner& nearest(const PointQuery& query);
@@ -38,9 +39,10 @@ struct PointQueries::Parts {
   Context& gpu;
   DeviceTree& scene;
   WholeTree whole;
-  std::optional<NearestRunner> closest, sides;
+  std::optional<NearestRunner> closest, sides, masked;
   std::optional<InsideRunner> plain_inside, exact_inside;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, QueryKernel> within;  // by LISTS_... and records of a row
+  std::map<std::tuple<bool, std::uint32_t, std::uint32_t>, QueryKernel> within;  // by masks, LISTS_..., row
+  QueryMasks within_masks;
   ListRooms<ProbePoint, Within> lists;
   PseudonormalArray pseudonormals;
   PointInstances instances, whole_instances;  // of the two trees

@@ -12,6 +12,7 @@ namespace ballot {
 
 namespace {
 
+constexpr std::uint32_t kAllBits = 0xFFFFFFFFu;
 constexpr std::size_t kSettled = 256;  // points that a thread settles at a time
 // Points that the host answers, and that one thread answers alone. In the way in which kFewRays was measured, 32 points
 // took 224 us by the host and 463 by the kernel, 128 points 673 and 838, 512 points 2382 and 2827 at the median and
@@ -36,8 +37,9 @@ Nearest record_of(const glm::vec3& point, const ExactClosest& found, const Oracl
 }
 
 /// Replaces answers by those of the exact nearest triangles.
-void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::span<Nearest> answers,
-                    const PseudonormalArray* sides) {
+void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::span<const std::uint32_t> masks,
+                    std::span<Nearest> answers, const PseudonormalArray* sides,
+                    std::span<const std::uint32_t> triangle_masks) {
   const OracleScene& scene = tree.oracle_scene();
   const ExactClosestPoints oracle(scene);
   const Stopwatch watch(tree.walked_s());
@@ -46,7 +48,13 @@ void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::s
     for (std::size_t i = begin; i < end; ++i) {
       std::pair<std::uint32_t, Triangle> near(answers[i].prim, {});
       if (near.first != NO_HIT) near.second = scene.world_triangle(near.first);
-      const ExactClosest found = oracle.nearest(points[i].at, points[i].limit, near.first == NO_HIT ? nullptr : &near);
+      std::function<bool(std::uint32_t)> keep;
+      if (!masks.empty())
+        keep = [&, mask = masks[i]](std::uint32_t prim) {
+          return ((triangle_masks.empty() ? kAllBits : triangle_masks[prim]) & mask) != 0;
+        };
+      const auto* known = near.first == NO_HIT ? nullptr : &near;
+      const ExactClosest found = oracle.nearest(points[i].at, points[i].limit, known, keep);
       answers[i] = record_of(points[i].at, found, scene, sides);
     }
   });
@@ -65,9 +73,11 @@ void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::sp
 }  // namespace
 
 PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuery& query) {
-  std::optional<NearestRunner>& runner = query.sides ? sides : closest;
-  if (!runner) runner.emplace(gpu, scene, "closest_point", Defines{{"BALLOT_SIDES", int(query.sides)}});
+  std::optional<NearestRunner>& runner = query.masks ? masked : query.sides ? sides : closest;
+  const Defines defines{{"BALLOT_SIDES", int(query.sides)}, {"BALLOT_MASKS", query.masks != nullptr}};
+  if (!runner) runner.emplace(gpu, scene, "closest_point", defines);
   runner->prepare();
+  if (query.masks) runner->masks().take(scene, query.triangle_masks), runner->bind_triangle_masks();
   if (query.sides) {
     pseudonormals.update(gpu, scene);
     runner->bind(BIND_PSEUDONORMALS, pseudonormals.device());
@@ -94,15 +104,15 @@ PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery&
 
 point_queries::Settle<Nearest> PointQueries::Parts::settle_nearest(const PointQuery& query) {
   if (!query.exact) return {};
-  return [this, by = query.sides ? &pseudonormals : nullptr](std::span<const ProbePoint> points,
-                                                             std::span<Nearest> answers) {
-    ballot::settle_nearest(scene, points, answers, by);
+  return [this, by = query.sides ? &pseudonormals : nullptr, triangle_masks = query.triangle_masks](
+             std::span<const ProbePoint> points, std::span<const std::uint32_t> masks, std::span<Nearest> answers) {
+    ballot::settle_nearest(scene, points, masks, answers, by, triangle_masks);
   };
 }
 
 point_queries::Settle<std::uint32_t> PointQueries::Parts::settle_inside(const PointQuery& query) {
   if (!query.exact) return {};
-  return [this](std::span<const ProbePoint> points, std::span<std::uint32_t> answers) {
+  return [this](std::span<const ProbePoint> points, std::span<const std::uint32_t>, std::span<std::uint32_t> answers) {
     ballot::settle_inside(whole.tree(), points, answers);
   };
 }
@@ -111,7 +121,9 @@ PointQueries::PointQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_un
 PointQueries::~PointQueries() = default;
 
 TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& query) {
-  if (stream.most <= kFewNearest && !query.exact)
+  if (query.masks && query.sides)
+    fail(Failure::Arguments, "closest points: found masks and sides; expected one of them: sides are those of all");
+  if (stream.most <= kFewNearest && !query.exact && !query.masks)
     if (const auto walk = HostWalk::over(parts_->gpu, parts_->scene, HostWalk::Of::Points)) {
       std::span<const glm::vec3> sides;
       if (query.sides) sides = parts_->pseudonormals.update(parts_->gpu, parts_->scene).all();
@@ -119,7 +131,7 @@ TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& 
                          [&](const ProbePoint& point) { return walk->nearest(point, sides); });
     }
   ask_interruption();
-  return parts_->nearest(query).run(stream, parts_->settle_nearest(query));
+  return parts_->nearest(query).run(stream, parts_->settle_nearest(query), query.masks);
 }
 
 TraceTimes PointQueries::nearest(std::span<const ProbePoint> points, std::span<Nearest> answers,

@@ -28,6 +28,11 @@ struct PointQuery {
   bool exact = false;
   /// Of nearest(): finds Nearest::behind. Takes 72 bytes a triangle for pseudonormals, counted through the instances.
   bool sides = false;
+  /// Of nearest() without sides, and of within(), for points of the host: writes the masks of the points from number
+  /// `first` on. A triangle is left out if its mask shares no bit with the point's. May be empty: all bits.
+  std::function<void(std::uint64_t first, std::span<std::uint32_t> room)> masks = {};
+  /// With masks: a word for each triangle, counted through the instances; none: all bits.
+  std::span<const std::uint32_t> triangle_masks = {};
 };
 
 /// Returns the sources of all kernels of point and ray queries for a device.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <deque>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -9,7 +10,7 @@
 #include <vector>
 
 #include "engine/answer/coherent_order.h"
-#include "engine/answer/query_kernel.h"
+#include "engine/answer/query_masks.h"
 #include "engine/answer/repair.h"
 #include "engine/answer/stream.h"
 #include "engine/core/parallel.h"
@@ -50,9 +51,10 @@ struct InsideQuery {
   }
 };
 
-/// Settles answers that the device leaves open. May be empty.
+/// Settles answers that the device leaves open. `masks`: of the points, or none. May be empty.
 template <class Answer>
-using Settle = std::function<void(std::span<const ProbePoint> points, std::span<Answer> answers)>;
+using Settle = std::function<void(std::span<const ProbePoint> points, std::span<const std::uint32_t> masks,
+                                  std::span<Answer> answers)>;
 
 /// Runs one kind of query: in parts, with buffers that are kept.
 template <class Kind>
@@ -62,7 +64,7 @@ class Runner {
   using Launched = std::function<void(std::uint32_t done)>;
 
   Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines)
-      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)) {}
+      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)), masks_(gpu) {}
 
   /// Makes the kernel for the tree as it is now. What it reads in addition to tree and points is to be bound then.
   void prepare() { kernel_.prepare(); }
@@ -72,17 +74,24 @@ class Runner {
   /// Returns the largest number of points of one dispatch.
   std::uint32_t most() const { return kernel_.most(); }
 
-  /// Answers the points of a stream.
-  TraceTimes run(const Stream<ProbePoint, Answer>& stream, const Settle<Answer>& settle) {
-    PointAnswerer answerer(*this, settle);
+  /// The masks of a kernel with BALLOT_MASKS, whose runs have `masks_of`.
+  QueryMasks& masks() { return masks_; }
+  void bind_triangle_masks() { masks_.bind_triangles(kernel_); }
+
+  /// Answers the points of a stream. `masks_of`: PointQuery::masks.
+  TraceTimes run(const Stream<ProbePoint, Answer>& stream, const Settle<Answer>& settle,
+                 const decltype(PointQuery::masks)& masks_of = {}) {
+    PointAnswerer answerer(*this, settle, masks_of);
     return StreamRing::of(gpu_).run(stream, answerer);
   }
 
   /// Answers points [first, first + count) of an array on the device, at most most() of them, in their order: records
   /// that, or does it and waits. The host sees them only where the driver cut walks short, or something is left to
-  /// settle.
+  /// settle. `masks`: of a kernel with BALLOT_MASKS.
   void run_there(const Buffer<ProbePoint>& points, Buffer<Answer>& answers, std::uint32_t first, std::uint32_t count,
-                 const Settle<Answer>& settle, TraceTimes& times, const Launched& launched = {}) {
+                 const Settle<Answer>& settle, TraceTimes& times, const Launched& launched = {},
+                 std::span<const std::uint32_t> masks = {}) {
+    if (!masks.empty()) masks_.bind(kernel_, count, masks, false);
     kernel_.bind(BIND_RAYS, points);
     kernel_.bind(Kind::kBinding, answers);
     const TreePiece whole{tree_.root()};
@@ -93,8 +102,8 @@ class Runner {
     std::vector<Answer> found(count);
     points.download(asked, first);
     answers.download(found, first);
-    if (unfinished) repair_cut(asked, std::span(found), times);
-    if (settle) settle(asked, found);
+    if (unfinished) repair_cut(asked, masks, std::span(found), times);
+    if (settle) settle(asked, masks, found);
     answers.upload(found, first);
   }
 
@@ -103,7 +112,8 @@ class Runner {
   /// read nodes one by one, and a walk takes as long as that of its slowest lane.
   class PointAnswerer : public Answerer<ProbePoint, Answer> {
    public:
-    PointAnswerer(Runner& runner, const Settle<Answer>& settle) : runner_(runner), settle_(settle) {}
+    PointAnswerer(Runner& runner, const Settle<Answer>& settle, const decltype(PointQuery::masks)& masks_of)
+        : runner_(runner), settle_(settle), masks_of_(masks_of) {}
     std::size_t most() const override { return std::min<std::size_t>(runner_.most(), kChunk); }
     void arrange(std::span<ProbePoint> points) override {
       order_.clear();
@@ -112,18 +122,25 @@ class Runner {
       rearranged_.arrange(points, order_);
     }
     void answer(const Chunk<ProbePoint, Answer>& c, TraceTimes& times) override {
+      std::vector<std::uint32_t>& masks = masks_.emplace_back(masks_of_ ? c.here.size() : 0);
+      if (masks_of_) masks_of_(c.first, masks);
+      if (masks_of_ && !order_.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(masks, order_);
       // Of answers that the host settles none is done before.
-      runner_.run_there(c.questions, c.answers, 0, c.count(), {}, times, settle_ ? Launched() : c.launched);
+      runner_.run_there(c.questions, c.answers, 0, c.count(), {}, times, settle_ ? Launched() : c.launched, masks);
     }
     std::span<const Answer> end(std::span<const ProbePoint> points, std::span<Answer> answers) override {
-      if (settle_) settle_(points, answers);
+      const std::vector<std::uint32_t> masks = std::move(masks_.front());
+      masks_.pop_front();
+      if (settle_) settle_(points, masks, answers);
       return order_.empty() ? answers : rearranged_.back(answers, order_);
     }
 
    private:
     Runner& runner_;
     const Settle<Answer>& settle_;
-    std::vector<std::uint32_t> order_;  // of the chunk under way; empty: as they came
+    const decltype(PointQuery::masks)& masks_of_;
+    std::deque<std::vector<std::uint32_t>> masks_;  // of the chunks whose answers have not come yet
+    std::vector<std::uint32_t> order_;              // of the chunk under way; empty: as they came
     Rearranged<ProbePoint, Answer> rearranged_;
   };
 
@@ -139,33 +156,39 @@ class Runner {
 
     Runner& runner;
     std::span<const ProbePoint> asked;
+    std::span<const std::uint32_t> masks;
     TraceTimes& times;
     std::vector<ProbePoint> chosen = {};
+    std::vector<std::uint32_t> chosen_masks = {};
 
     static Answer none() { return Kind::none(); }
     static std::string name() { return Kind::kWhat; }
     void choose(std::span<const std::uint32_t> numbers) {
-      chosen.clear();
+      chosen.clear(), chosen_masks.clear();
       for (const std::uint32_t i : numbers) chosen.push_back(asked[i]);
+      for (std::size_t k = 0; k < numbers.size() && !masks.empty(); ++k) chosen_masks.push_back(masks[numbers[k]]);
     }
     std::vector<TreePiece> pieces(std::uint64_t limit) { return runner.kernel_.pieces(limit); }
     void ask(const TreePiece& piece, std::span<Answer> found) {
       runner.points_->upload(chosen);
+      if (!masks.empty()) runner.masks_.bind(runner.kernel_, chosen.size(), chosen_masks, true);
       runner.kernel_.run(std::uint32_t(chosen.size()), piece, times);
       runner.answers_->download(found);
     }
     void add(std::size_t k, Answer& all, const Answer& found) { Kind::add(all, found, chosen[k]); }
   };
 
-  void repair_cut(std::span<const ProbePoint> asked, std::span<Answer> answers, TraceTimes& times) {
+  void repair_cut(std::span<const ProbePoint> asked, std::span<const std::uint32_t> masks, std::span<Answer> answers,
+                  TraceTimes& times) {
     make_room(asked.size());
-    Walks walks{*this, asked, times};
+    Walks walks{*this, asked, masks, times};
     repair(walks, answers, kFirstPieces, gpu_, times);
   }
 
   Context& gpu_;
   DeviceTree& tree_;
   QueryKernel kernel_;
+  QueryMasks masks_;
   std::unique_ptr<Buffer<ProbePoint>> points_;  // that are asked again, in pieces of the tree
   std::unique_ptr<Buffer<Answer>> answers_;
 };

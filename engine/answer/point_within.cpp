@@ -6,7 +6,10 @@ namespace ballot {
 /// Lists of triangles, each of which lies in one leaf of the tree.
 class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
  public:
-  explicit WithinLists(Parts& parts) : parts_(parts) { parts_.whole_tree(); }
+  WithinLists(Parts& parts, const PointQuery& query) : parts_(parts), query_(query) {
+    DeviceTree& tree = parts_.whole_tree();
+    if (query.masks) parts.within_masks.take(tree, query.triangle_masks);
+  }
 
   QueryKernel& kernel(ListForm form, bool) override {
     const std::uint32_t kind = form == ListForm::Numbers ? LISTS_NONE
@@ -14,12 +17,16 @@ class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
                                                          : LISTS_PLACES;
     const std::uint32_t records = form == ListForm::Rows || form == ListForm::Rest ? row() : 0;
     const SpecConstants constants = kind ? SpecConstants{{SPEC_ROW, records}} : SpecConstants{};
+    const bool masks = query_.masks != nullptr;
     DeviceTree& tree = parts_.whole.tree();
-    QueryKernel& kernel = parts_.within
-                              .try_emplace({kind, records}, parts_.gpu, tree, "within",
-                                           Defines{{"BALLOT_LISTS", int(kind)}}, false, constants)
-                              .first->second;
+    QueryKernel& kernel =
+        parts_.within
+            .try_emplace({masks, kind, records}, parts_.gpu, tree, "within",
+                         Defines{{"BALLOT_LISTS", int(kind)}, {"BALLOT_MASKS", masks}}, false, constants)
+            .first->second;
     kernel.prepare();
+    if (masks) parts_.within_masks.bind_triangles(kernel);
+    if (masks && form == ListForm::Rest) parts_.within_masks.bind_again(kernel);
     if (tree.forest()) {
       parts_.whole_instances.update(parts_.gpu, tree, kernel.fetch());
       kernel.bind(BIND_POINT_INSTANCES, parts_.whole_instances.device());
@@ -32,16 +39,25 @@ class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
     order_points(points, parts_.whole.tree().bvh().bounds, order);
     return true;
   }
+  std::vector<std::uint32_t> masks(std::uint64_t first, std::size_t count) override {
+    std::vector<std::uint32_t> masks(query_.masks ? count : 0);
+    if (query_.masks) query_.masks(first, masks);
+    return masks;
+  }
+  void bind_masks(QueryKernel& kernel, std::size_t points, std::span<const std::uint32_t> masks, bool apart) override {
+    if (query_.masks) parts_.within_masks.bind(kernel, points, masks, apart);
+  }
 
  private:
   Parts& parts_;
+  const PointQuery& query_;
 };
 
 TraceTimes PointQueries::within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query) {
   if (query.exact)
     fail(Failure::Arguments,
          "triangles within a radius: found mode exact; expected mode watertight: distances are computed in float32");
-  Parts::WithinLists kind(*parts_);
+  Parts::WithinLists kind(*parts_, query);
   ListAnswerer<ProbePoint, Within> answerer(parts_->gpu, kind, parts_->lists);
   InsideStream asked = stream;
   asked.in_place = {};

@@ -63,11 +63,15 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   far.far = true;
   instances.top_depth = 24;
   for (const TreeFacts& tree : {near, far, instances}) {
-    for (const int sides : {0, 1})
-      sources.push_back(query_source("closest_point", device, tree, {{"BALLOT_SIDES", sides}}));
+    const Defines closest[] = {{{"BALLOT_SIDES", 0}, {"BALLOT_MASKS", 0}},
+                               {{"BALLOT_SIDES", 1}, {"BALLOT_MASKS", 0}},
+                               {{"BALLOT_SIDES", 0}, {"BALLOT_MASKS", 1}}};
+    for (const Defines& defines : closest) sources.push_back(query_source("closest_point", device, tree, defines));
     for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
     for (const std::uint32_t lists : {LISTS_NONE, LISTS_ROWS, LISTS_PLACES})
-      sources.push_back(query_source("within", device, tree, {{"BALLOT_LISTS", int(lists)}}));
+      for (const int masks : {0, 1})
+        sources.push_back(
+            query_source("within", device, tree, {{"BALLOT_LISTS", int(lists)}, {"BALLOT_MASKS", masks}}));
     for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }

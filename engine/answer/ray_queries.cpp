@@ -46,7 +46,7 @@ class RayQueries::Parts::Crossings : public ListKind<Ray, Hit> {
     if (form == ListForm::Rest) v.lists = LISTS_PLACES, v.row = row();
     if (form == ListForm::Apart) v.lists = LISTS_PLACES;
     QueryKernel& made = parts_.kernels.kernel(v, pieces);
-    if (form == ListForm::Rest) parts_.kernels.bind_masks_again(made, v);
+    if (form == ListForm::Rest && v.masks) parts_.kernels.masks().bind_again(made);
     return made;
   }
   std::vector<TreePiece> pieces(std::uint64_t limit) override { return parts_.kernels.pieces(parts_.variant, limit); }
@@ -60,7 +60,7 @@ class RayQueries::Parts::Crossings : public ListKind<Ray, Hit> {
     return masks;
   }
   void bind_masks(QueryKernel& kernel, std::size_t rays, std::span<const std::uint32_t> masks, bool apart) override {
-    parts_.kernels.bind_masks(kernel, parts_.variant, rays, masks, apart);
+    if (parts_.variant.masks) parts_.kernels.masks().bind(kernel, rays, masks, apart);
   }
   std::vector<std::vector<Hit>> settle(const RayPart& rays) override {
     return parts_.exact_lists->lists({rays.questions, rays.masks});

@@ -157,4 +157,12 @@ void Watch::ask() const {
     throw Refused(BALLOT_ERROR_INTERRUPTED, fmt::format("interrupted after {:.0f} % of the {}", 100 * done, what_));
 }
 
+std::vector<std::uint32_t> masks_of_triangles(const SceneState& scene) {
+  const SceneInstances& all = scene.world->scene_facts().instances;
+  if (std::ranges::all_of(all.placements, [](const Placement& p) { return p.mask == kMeetsAll; })) return {};
+  std::vector<std::uint32_t> masks;
+  for (const Placement& p : all.placements) masks.insert(masks.end(), all.triangles_of(p.mesh), p.mask);
+  return masks;
+}
+
 }  // namespace ballot::api

@@ -76,6 +76,9 @@ typedef struct BallotPoints {
   /* Triangles farther away are not looked for; NULL: no limit. One for all is above 0, or of ballot_list_within() 0; a
    * point whose own is negative or NaN is near nothing, and outside. */
   BallotColumn limit BALLOT_ZERO;
+  /* An instance is left out whose mask shares no bit with it; NULL: all bits. Not with signed distances and inside,
+   * which are told of the whole scene. */
+  BallotColumn mask BALLOT_ZERO;
 } BallotPoints;
 
 /* Returns points that lie side by side: three floats each. */

@@ -197,6 +197,7 @@ inline RayView rays(std::span<const Ray> records) {
 struct PointView {
   Column at;          // three numbers each
   Column limit = {};  // triangles farther away are not looked for: one above 0 for all, or of each; none: no limit
+  Column masks = {};  // std::uint32_t: as BallotPoints::mask; all bits
   Shape shape = {};   // empty: that of the columns
 };
 

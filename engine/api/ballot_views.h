@@ -109,6 +109,7 @@ inline BallotPoints points_of(const PointView& points) {
   Table table("points", points.shape, p.shape);
   table.add(points.at, 3, "at", p.at);
   table.add(points.limit, 1, "limit", p.limit);
+  table.add(points.masks, 1, "masks", p.mask);
   table.fit();
   return p;
 }

@@ -15,10 +15,7 @@ class CrossingCall {
   CrossingCall(const SceneState& scene, const RayArray& rays, const BallotQuery& query, const RowOrder& order)
       : rays_(rays), order_(order), query_(crossing_query(query)) {
     if (!rays.masks()) return;
-    const SceneInstances& all = scene.world->scene_facts().instances;
-    if (std::ranges::all_of(all.placements, [](const Placement& p) { return p.mask == kMeetsAll; })) return;
-    for (const Placement& p : all.placements)
-      triangle_masks_.insert(triangle_masks_.end(), all.triangles_of(p.mesh), p.mask);
+    triangle_masks_ = masks_of_triangles(scene);
     query_.triangle_masks = triangle_masks_;
   }
   CrossingCall(const CrossingCall&) = delete;
@@ -131,7 +128,8 @@ BallotTimes list_within(SceneState& scene, const PointArray& points, const Ballo
     });
     out.write(first, counts, hits);
   };
-  const TraceTimes spent = scene.world->points().within(stream, take);
+  const PointMasks masks(scene, points);
+  const TraceTimes spent = scene.world->points().within(stream, take, masks.on({}));
   return clock.times(spent, out.found());
 }
 

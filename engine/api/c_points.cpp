@@ -123,12 +123,18 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   ballot::DeviceScene& world = *scene.world;
   PointQuery how = point_query(query);
   NearestArrays out(to, scene, points.count(), how.sides);
+  if (points.masks() && (to.signed_distances || to.inside))
+    refuse(
+        "points: found mask beside signed_distances or inside, which are told of the whole scene; expected one of "
+        "them: ask for distances");
   if (out.wants_inside() && !query.assume_closed) need_closed(world);
   if (out.wants_sides() && !query.assume_closed) need_wound(world);
   const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
   how.sides = out.wants_sides();
   TraceTimes spent;
-  if (out.wants_nearest()) spent = world.points().nearest(stream_of<Nearest>(points, out, watch, 0, between), how);
+  if (out.wants_nearest())
+    spent =
+        world.points().nearest(stream_of<Nearest>(points, out, watch, 0, between), PointMasks(scene, points).on(how));
   if (out.wants_inside())
     spent.device_ms += world.points().inside(stream_of<std::uint32_t>(points, out, watch, between, 1), how).device_ms;
   return clock.times(spent, out.found());

@@ -256,7 +256,8 @@ const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
 
 PointArray::PointArray(const BallotPoints& points, bool needs_limit)
     : columns_("points", points.shape, {0, 0, 0, kNoLimit}, kNoLimit,
-               {{{"at", points.at, true}, {"limit", points.limit, needs_limit}}}) {
+               {{{"at", points.at, true}, {"limit", points.limit, needs_limit}}}),
+      masks_("points", points.shape, columns_.count(), points.mask) {
   const float limit = columns_.common()[3];
   if (!(needs_limit ? limit >= 0 : limit > 0))
     refuse(fmt::format("points: limit is {}; expected a distance {}", limit,

@@ -110,9 +110,11 @@ class PointArray {
   explicit PointArray(const BallotPoints& points, bool needs_limit = false);
   std::size_t count() const { return columns_.count(); }
   void read(std::uint64_t first, std::span<ProbePoint> points) const;
+  const MaskColumn& masks() const { return masks_; }
 
  private:
   Columns<4> columns_;
+  MaskColumn masks_;
 };
 
 }  // namespace ballot::api

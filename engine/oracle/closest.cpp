@@ -192,12 +192,14 @@ class Nearby {
 }  // namespace
 
 ExactClosest ExactClosestPoints::nearest(const glm::vec3& point, float limit,
-                                         const std::pair<std::uint32_t, Triangle>* near) const {
+                                         const std::pair<std::uint32_t, Triangle>* near,
+                                         const std::function<bool(std::uint32_t prim)>& keep) const {
   if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z) || !(limit >= 0)) return {};
   Nearby nearby(point, limit);
   if (near) nearby.consider(near->first, near->second);
   double far = nearby.far();
   scene_.for_each_near(point, far, [&](std::uint32_t prim, const Triangle& triangle) {
+    if (keep && !keep(prim)) return;
     nearby.consider(prim, triangle);
     far = nearby.far();
   });

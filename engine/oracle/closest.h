@@ -10,6 +10,7 @@
 // decide the others.
 #pragma once
 
+#include <functional>
 #include <glm/vec3.hpp>
 #include <utility>
 
@@ -35,9 +36,10 @@ class ExactClosestPoints {
   explicit ExactClosestPoints(OracleScene scene) : scene_(std::move(scene)) {}
 
   /// Returns the nearest triangle, if one is at most `limit` away: NO_HIT if not. `near` may be a triangle that is
-  /// near, with its prim; it shortens the walk. A point that is not finite is near nothing.
-  ExactClosest nearest(const glm::vec3& point, float limit,
-                       const std::pair<std::uint32_t, Triangle>* near = nullptr) const;
+  /// near, with its prim; it shortens the walk. Triangles that `keep` refuses are left out; it may be empty. A point
+  /// that is not finite is near nothing.
+  ExactClosest nearest(const glm::vec3& point, float limit, const std::pair<std::uint32_t, Triangle>* near = nullptr,
+                       const std::function<bool(std::uint32_t prim)>& keep = {}) const;
 
  private:
   OracleScene scene_;

@@ -71,6 +71,9 @@ void main() {
   uint index = push.ray_begin + gl_GlobalInvocationID.x;
   bool inside = index < push.ray_end;
   vec4 record = ray_half(inside ? index : push.ray_begin);
+#if BALLOT_MASKS
+  begin_masks(inside ? index : push.ray_begin);
+#endif
 #include "../lib/query/closest_walk.glsl"
   if (inside) store_nearest(index, p, best, limit);
 }

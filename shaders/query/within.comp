@@ -18,9 +18,16 @@
 
 layout(set = 0, binding = BIND_CROSSINGS, scalar) writeonly buffer Answers { uint answers[]; };
 
+#if BALLOT_MASKS
+#include "../lib/query/masks.glsl"
+#endif
+
 uint found = 0u;
 
 void take_within(Probe p, float limit, uint texel) {
+#if BALLOT_MASKS
+  if (is_masked(PRIM_OF(texel))) return;
+#endif
   float inverse = 1.0 / p.scale;
   precise float root = sqrt(nearest_of(around(p, texel)).distance2);
   float distance = root * inverse;
@@ -41,6 +48,9 @@ void main() {
   uint mine = inside ? index : push.ray_begin;
   bool wanted = begin_list(mine) && inside;
   vec4 record = ray_half(mine);
+#if BALLOT_MASKS
+  begin_masks(mine);
+#endif
   float limit = record.w;
   bool live = wanted && is_finite(record.xyz) && is_limit(limit);
   Probe p = make_probe(live ? record.xyz : push.scene_lo);

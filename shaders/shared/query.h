@@ -7,7 +7,7 @@
 // The bindings of set 0 that query kernels have in addition to those of layout.h and variant.h.
 #define BIND_CROSSINGS 16       // out: a word for each query: crossings of a ray, or whether a point is inside
 #define BIND_PLACES 17          // in: where lists go
-#define BIND_RAY_MASKS 18       // in: a word a ray
+#define BIND_RAY_MASKS 18       // in: a word a question
 #define BIND_TRIANGLE_MASKS 19  // in: a word a triangle
 #define BIND_TILES 20           // sums of tiles of queries (shaders/query/places.comp)
 #define BIND_PSEUDONORMALS 21   // in: PSEUDONORMALS vectors of each triangle

@@ -171,15 +171,21 @@ class ApiEdits : public Api {
       for (int i = 0; i < 90; ++i) points.push_back(at(random));
       distances.resize(30);
       if (scene.info().instance_triangles) scene.nearest(points, {.distances = distances.data()});
+      ballot::PointView seen{points};
+      seen.masks = std::span<const std::uint32_t>(of_rays).first(30);
+      seen_distances.resize(30);
+      scene.nearest(seen, {.distances = seen_distances.data()});
+      seen.limit = 2;
+      near = scene.within(seen).counts;
       std::map<std::uint32_t, std::uint32_t> rank{{ballot::kMiss, ballot::kMiss}};
       for (const auto& i : scene.instances()) rank.emplace(i.instance, std::uint32_t(rank.size() - 1));
       for (std::uint32_t& i : instances) i = rank.at(i);
     }
     std::vector<ballot::Hit> hits;
     Numbers ids, instances;
-    std::vector<std::int64_t> counts;
+    std::vector<std::int64_t> counts, near;
     std::vector<std::uint8_t> blocked;
-    std::vector<float> distances;
+    std::vector<float> distances, seen_distances;
   };
 
   static void expect_same(const Answers& a, const Answers& b) {
@@ -189,6 +195,8 @@ class ApiEdits : public Api {
     EXPECT_EQ(a.blocked, b.blocked);
     EXPECT_EQ(a.counts, b.counts);
     EXPECT_EQ(a.distances, b.distances);
+    EXPECT_EQ(a.seen_distances, b.seen_distances);
+    EXPECT_EQ(a.near, b.near);
   }
 };
 

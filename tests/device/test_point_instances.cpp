@@ -17,7 +17,7 @@ namespace {
 using namespace forests;
 
 constexpr float kNoEnd = std::numeric_limits<float>::infinity();
-constexpr PointQuery kWays[] = {{}, {.sides = true}, {.exact = true, .sides = true}};
+const PointQuery kWays[] = {{}, {.sides = true}, {.exact = true, .sides = true}};
 
 /// Points in and about moved triangles, on them, at their corners and edges, and some with limits.
 std::vector<ProbePoint> points_by(const std::vector<Triangle>& triangles, std::size_t count) {

@@ -5,6 +5,10 @@
 uint best_instance;  // of the answer so far
 #endif
 
+#if BALLOT_MASKS
+#include "masks.glsl"
+#endif
+
 #if BALLOT_SIDES
 layout(set = 0, binding = BIND_PSEUDONORMALS, scalar) readonly buffer Pseudonormals { vec3 pseudonormals[]; };
 #endif
@@ -23,6 +27,9 @@ float reach_of(Probe p, float distance2) {
 
 void consider_nearest(Probe p, inout Best best, uint texel) {
   uint prim = PRIM_OF(texel);
+#if BALLOT_MASKS
+  if (is_masked(prim)) return;
+#endif
   float d = nearest_of(around(p, texel)).distance2;
   if (d < best.distance2 || (d == best.distance2 && prim < best.prim)) {
     best.distance2 = d;

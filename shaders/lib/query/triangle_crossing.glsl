@@ -40,15 +40,13 @@
 #endif
 
 #if BALLOT_MASKS
-layout(set = 0, binding = BIND_RAY_MASKS, scalar) readonly buffer RayMasks { uint ray_masks[]; };
-layout(set = 0, binding = BIND_TRIANGLE_MASKS, scalar) readonly buffer TriangleMasks { uint triangle_masks[]; };
-uint ray_mask;
+#include "masks.glsl"
 #endif
 
 // Must be called before crosses().
 void begin_crossings(uint ray) {
 #if BALLOT_MASKS
-  ray_mask = ray_masks[ray];
+  begin_masks(ray);
 #endif
 }
 
@@ -101,7 +99,7 @@ bool crosses(Walker w, uint texel, out Hit hit, out Doubt doubt) {
   crossed = crossed && !front;
 #endif
 #if BALLOT_MASKS
-  if (crossed) crossed = (triangle_masks[hit.prim] & ray_mask) != 0u;
+  if (crossed) crossed = !is_masked(hit.prim);
 #endif
 #if BALLOT_ALPHA
   if (crossed) {

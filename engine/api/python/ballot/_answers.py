@@ -151,7 +151,8 @@ class Answers(Closable):
     @documented
     def nearest(
         self, points: Any, columns: Sequence[str] = ("distances", "points", "prims", "uvs"), *, limit: Any = None,
-        out: Mapping[str, Any] | None = None, times: list[Times] | None = None, **options: Unpack[PointOptions],
+        masks: Any = None, out: Mapping[str, Any] | None = None, times: list[Times] | None = None,
+        **options: Unpack[PointOptions],
     ) -> dict[str, np.ndarray]:
         """Finds the nearest point of the scene for each point. Returns a dict of arrays.
 
@@ -165,6 +166,8 @@ class Answers(Closable):
                  "inside" is right for every point that is 16 * 2^-24 M away from the surface
         limit    triangles farther away are not looked for: a number above 0, or an array that broadcasts to the points'
                  shape, where a point of a negative or NaN limit is near nothing; inf or None: there is no limit
+        masks    as trace(), that broadcast to the points' shape; not with "inside" and "signed_distances", which are
+                 told of the whole scene
         {points_options}
         out, times, progress  as trace_columns()
 
@@ -175,7 +178,7 @@ class Answers(Closable):
         >>> scene.nearest([[0.25, 0.25, 2]])["distances"].tolist()
         [2.0]
         """
-        source = _sources.points(points, limit)
+        source = _sources.points(points, limit, masks)
         asked, progress = _query.options(options, "points")
         arrays = _arrays.columns(columns, POINT_COLUMNS, source.shape, source[1:], out)
         flat = {name: _arrays.flat(array) for name, array in arrays.items()}
@@ -207,7 +210,7 @@ class Answers(Closable):
         return Times(*self._handle.query_point_arrays(points._handle, answers._handle, number, asked))
 
     def within(
-        self, points: Any, radius: Any, *, times: list[Times] | None = None, progress: Any = None
+        self, points: Any, radius: Any, *, masks: Any = None, times: list[Times] | None = None, progress: Any = None
     ) -> Lists:
         """Lists all triangles within a radius of each point, the nearest first: HIT with t the distance, within the
         bound of nearest(), and u = v = 0.
@@ -215,13 +218,14 @@ class Answers(Closable):
         points  as nearest()
         radius  a distance of at least 0, or an array that broadcasts to the points' shape; triangles at it count. In
                 arrays a point of a negative or NaN radius is near nothing
+        masks   as nearest()
 
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> counts, hits = scene.within([[0.25, 0.25, 2], [0.25, 0.25, 3]], 2.5)
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
-        source = _sources.points(points, radius, least=True)
+        source = _sources.points(points, radius, masks, least=True)
         return self._list(source, True, True, {}, _query.progress_function(progress), times)
 
     @documented

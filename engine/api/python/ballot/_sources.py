@@ -127,12 +127,13 @@ def _masks(given: Any, shape: tuple[int, ...]) -> np.ndarray:
     return fitted.astype(np.uint32, copy=False)
 
 
-def points(given: Any, limit: Any, least: bool = False) -> Source:
+def points(given: Any, limit: Any, masks: Any = None, least: bool = False) -> Source:
     """Returns points with their limit: None, a number above 0 for all, or an array of one for each. `least`: there is
     one, and it may be 0."""
     first = _arrays.numbers(given, "points", (3,))
     shape = first.shape[:-1]
-    source = Source(shape, first, high=_limit(limit, shape, least))
+    bits = None if masks is None else _masks(masks, shape)
+    source = Source(shape, first, high=_limit(limit, shape, least), masks=bits)
     return source if len(shape) <= _AXES else _flattened(source)
 
 

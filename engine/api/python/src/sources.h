@@ -80,6 +80,7 @@ class Source {
     std::copy_n(shape_, BALLOT_AXES, points.shape);
     points.at = first_.numbers(axes_);
     if (high_) points.limit = high_.column(axes_);
+    if (masks_) points.mask = masks_.column(axes_), points.mask.type = BALLOT_UINT32;
     return points;
   }
 

@@ -214,6 +214,9 @@ class Meshes(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, r"masks: shape is \(3, 2\); expected .* an array of \(2, 3\)"):
                 call(rays, masks=np.ones((3, 2), np.uint32))
             call(rays, masks=np.ones((2, 3), np.uint32))
+        for wrong in ([1, 2], [0.5], -1, 2**32):
+            with self.assertRaisesRegex(ValueError, "masks: "):
+                scene.nearest(np.zeros((3, 3)), masks=wrong)
         flags = ballot.Array("inside", 2)
         flags.write([True, False])
         self.assertEqual(flags.read().tolist(), [1, 0])

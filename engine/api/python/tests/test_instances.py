@@ -54,6 +54,20 @@ class Instances(unittest.TestCase):
         self.scene.set_masks([0, 1, 2, 3], [1, 1, 2, 2])
         self.scene.commit()
         self.assertEqual(self.scene.count_crossings(down((0.25, 0.3)), masks=[2]).tolist(), [1])
+        points = np.array([[0.25, 0.3, 50]] * 4)
+        distances = self.scene.nearest(points, ["distances"], masks=[1, 2, 3, 4])["distances"]
+        self.assertEqual(distances[2], distances[:2].min())
+        self.assertNotEqual(*distances[:2])
+        self.assertEqual(distances[3], np.inf)
+        counts = self.scene.within(points, 1e3, masks=[1, 2, 3, 4]).counts
+        self.assertEqual(counts.tolist(), [24, 4, 28, 0])
+        np.testing.assert_array_equal(
+            self.scene.nearest(points, ["prims"], masks=1)["prims"],
+            self.scene.nearest(points, ["prims"], masks=np.full(4, 1, np.uint8))["prims"],
+        )
+        for column in ("inside", "signed_distances"):
+            with self.assertRaisesRegex(ValueError, "told of the whole scene"):
+                self.scene.nearest(points, [column], masks=1)
         self.scene.set_masks(2, 0)
         self.scene.commit()
         self.assertEqual(self.scene.trace_columns(down((0.25, 0.3)), ["instances"])["instances"].tolist(), [0])
