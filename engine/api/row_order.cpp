@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kLeastWidth = 16;       // of rows that are worth it
 constexpr std::size_t kMostWidth = 1u << 16;  // of rows that are looked for
 constexpr std::size_t kRowsLookedAt = 16;
+constexpr std::size_t kStepsLookedAt = 16;  // of a row
 constexpr float kJump = 4;          // a step at the end of a row is this many times the longest within it
 constexpr float kFarthestRow = 16;  // rows that are more steps apart make tiles that are too long
 
@@ -57,13 +58,21 @@ std::size_t first_row(const RayArray& rays) {
   return 0;
 }
 
-/// Returns true if a row begins at ray `begin` and the next one at begin + width, side by side.
+/// Returns true if a row begins at ray `begin` and the next one at begin + width, side by side. Looks at a few of its
+/// steps: a caller waits meanwhile.
 bool is_row(const RayArray& rays, std::size_t begin, std::size_t width) {
-  std::vector<Ray> row(width + 1);
-  rays.read(begin, row);
+  const auto pair = [&](std::size_t first) {
+    std::array<Ray, 2> two;
+    rays.read(begin + first, two);
+    return two;
+  };
   float longest = 0;
-  for (std::size_t i = 0; i + 1 < width; ++i) longest = std::max(longest, step(row[i], row[i + 1]));
-  const float jump = step(row[width - 1], row[width]), apart = step(row[0], row[width]);
+  for (std::size_t k = 0; k < kStepsLookedAt; ++k) {
+    const auto two = pair(k * (width - 2) / (kStepsLookedAt - 1));
+    longest = std::max(longest, step(two[0], two[1]));
+  }
+  const auto end = pair(width - 1);
+  const float jump = step(end[0], end[1]), apart = step(pair(0)[0], end[1]);
   return longest > 0 && jump > kJump * longest && apart < kFarthestRow * longest;
 }
 

@@ -14,8 +14,8 @@ class RowOrder {
  public:
   RowOrder() = default;
 
-  /// Looks for rows in an array, at a few thousand rays of it. Rays stand in rows if a step to the next ray is short
-  /// but at the end of each row, and rows lie side by side.
+  /// Looks for rows in an array, at a few hundred rays of it and a first row. Rays stand in rows if a step to the next
+  /// ray is short but at the end of each row, and rows lie side by side.
   static RowOrder find(const RayArray& rays);
   /// The order of `count` rays in rows of `width`.
   RowOrder(std::size_t count, std::size_t width);
