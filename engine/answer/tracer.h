@@ -36,7 +36,7 @@ class Tracer {
                std::shared_ptr<DeviceBuild> built = {});
 
   /// Moves the instances of the forest (DeviceTree::move_instances).
-  void move_instances(std::span<const Transform> transforms) { tree_.move_instances(transforms); }
+  void move_instances(const MovedTransforms& transforms) { tree_.move_instances(transforms); }
   /// Takes another forest (DeviceTree::take).
   void take(Forest& forest, std::span<const std::optional<std::uint32_t>> from);
   /// Tells that the triangles have moved and the tree with them (DeviceTree::moved), or replaces a tree whose triangles

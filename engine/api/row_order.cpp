@@ -17,8 +17,8 @@ constexpr std::size_t kLeastWidth = 16;       // of rows that are worth it
 constexpr std::size_t kMostWidth = 1u << 16;  // of rows that are looked for
 constexpr std::size_t kRowsLookedAt = 16;
 constexpr std::size_t kStepsLookedAt = 16;  // of a row
-constexpr float kJump = 4;          // a step at the end of a row is this many times the longest within it
-constexpr float kFarthestRow = 16;  // rows that are more steps apart make tiles that are too long
+constexpr float kJump = 4;                  // a step at the end of a row is this many times the longest within it
+constexpr float kFarthestRow = 16;          // rows that are more steps apart make tiles that are too long
 
 /// Returns the distance of two rays, in origin and direction.
 float step(const Ray& a, const Ray& b) {

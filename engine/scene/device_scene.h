@@ -78,7 +78,7 @@ struct SceneTree;  // scene_tree.h
 struct SceneChange {
   std::optional<SceneStructure> structure = {};  // none: meshes and placements stay, and what follows moves them
   std::span<const MovedVertices> vertices = {};  // of meshes whose trees hold no others, or of a flat scene
-  std::span<const Transform> transforms = {};    // of all placements; none: they stay
+  MovedTransforms transforms = {};               // of all placements
 };
 
 struct DeviceSceneOptions {
@@ -341,8 +341,8 @@ class DeviceScene {
   bool refit_there(TreeMove& move);
   void follow_there(TreeMove& move, UpdateMode mode);
   void follow_here(TreeMove& move, UpdateMode mode);
-  void take_moves(std::span<TreeMove> moves, std::span<const Transform> transforms);
-  void apply_moves(std::span<TreeMove> moves, std::span<const Transform> transforms, UpdateMode mode);
+  void take_moves(std::span<TreeMove> moves, const MovedTransforms& transforms);
+  void apply_moves(std::span<TreeMove> moves, const MovedTransforms& transforms, UpdateMode mode);
   void end_moves(std::span<TreeMove> moves);
   void rebuild(std::size_t tree);
   Pose pose(const AnimationClip& clip, double seconds);

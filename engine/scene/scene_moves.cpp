@@ -223,7 +223,7 @@ void DeviceScene::follow_here(TreeMove& move, UpdateMode mode) {
 }
 
 /// Has all else follow trees that have followed their triangles, and the instances of a forest their transforms.
-void DeviceScene::take_moves(std::span<TreeMove> moves, std::span<const Transform> transforms) {
+void DeviceScene::take_moves(std::span<TreeMove> moves, const MovedTransforms& transforms) {
   if (forest_) {
     std::vector<DeviceTree::MeshChange> changes;
     for (TreeMove& m : moves) {
@@ -246,7 +246,7 @@ void DeviceScene::take_moves(std::span<TreeMove> moves, std::span<const Transfor
 
 /// Has trees follow their triangles, and instances their transforms. If it throws, all is as it was: trees on the
 /// device are refitted to the triangles of before, or built again if others have been built.
-void DeviceScene::apply_moves(std::span<TreeMove> moves, std::span<const Transform> transforms, UpdateMode mode) {
+void DeviceScene::apply_moves(std::span<TreeMove> moves, const MovedTransforms& transforms, UpdateMode mode) {
   std::vector<glm::vec3> largest;
   for (const TreeMove& m : moves)
     largest.push_back(forest_ ? forest_->meshes()[m.tree].extents.largest_triangle : glm::vec3(0));
@@ -266,7 +266,7 @@ void DeviceScene::apply_moves(std::span<TreeMove> moves, std::span<const Transfo
       if (!refitted) built->rebuild();
       back.push_back({.tree = m.tree, .extents = {{}, largest[i], false}, .there = m.there, .refitted = refitted});
     }
-    if (!back.empty()) take_moves(back, forest_ ? forest_->transforms() : std::span<const Transform>());
+    if (!back.empty()) take_moves(back, {});
     throw;
   }
 }
@@ -301,11 +301,10 @@ void DeviceScene::move_all(const SceneChange& change, UpdateMode mode) {
   if (!std::ranges::all_of(moves, refits))
     for (TreeMove& move : moves) take_found(move);
   std::vector<Transform> of_trees;
-  std::span<const Transform> transforms = change.transforms;
-  if (forest_ && transforms.empty()) {
-    transforms = forest_->transforms();
-  } else if (forest_ && forest_->size() != transforms.size()) {  // else each placement has a tree of its own
-    for (const std::uint32_t from : tree_layout(scene_).from) of_trees.push_back(transforms[from]);
+  MovedTransforms transforms = change.transforms;
+  if (forest_ && forest_->size() != scene_.instances.placements.size()) {  // else each placement has a tree of its own
+    if (!transforms.here.empty())
+      for (const std::uint32_t from : tree_layout(scene_).from) of_trees.push_back(transforms.here[from]);
     transforms = of_trees;
   }
   forget_shape();
@@ -351,7 +350,7 @@ void DeviceScene::rebuild(std::size_t tree) {
     move.now = build_mesh(*gpu_, forest_->meshes()[tree].triangles, build_, false, {}, scratch);
   }
   const double sah = move.now.bvh->stats.sah;
-  take_moves(std::span(&move, 1), forest_->transforms());
+  take_moves(std::span(&move, 1), {});
   policies_[tree].built(of_build.seconds(), sah);
   end_update(timer);
 }

@@ -126,6 +126,45 @@ TEST_F(TopLevel, RecordsHaveTheBitsOfTheHost) {
   EXPECT_EQ(different, 0u);
 }
 
+// Transforms on the device move instances as those of the host do, and reach the host when it asks for them.
+TEST_F(TopLevel, TransformsOnTheDeviceAreThoseOfTheHost) {
+  const std::vector<Transform> first = random_transforms(2000, 1), then = random_transforms(2000, 2);
+  Forest forest = make_forest(three_meshes(), placements_of(first, 5));
+  Forest other = make_forest(three_meshes(), placements_of(first, 5));
+  const auto tracer = tracer_of(forest), by_host = tracer_of(other);
+  const auto there = std::make_shared<Buffer<Transform>>(*gpu_, then.size(), Access::Storage, "transforms there");
+  const auto rays = rays_for(forest, 3000);
+  const auto expect_same = [&](std::span<const Transform> transforms) {
+    const TopTree a = tracer->tree().top_tree(), b = by_host->tree().top_tree();
+    EXPECT_TRUE(std::ranges::equal(std::span(a.texels).subspan(a.records), std::span(b.texels).subspan(b.records)));
+    EXPECT_EQ(count_different(trace(*by_host, rays, {}), trace(*tracer, rays, {})), 0u);
+    EXPECT_EQ(std::memcmp(forest.transforms().data(), transforms.data(), transforms.size_bytes()), 0);
+    EXPECT_EQ(faults_of(tracer->tree().top_tree(), forest), std::vector<std::string>{});
+  };
+  for (const auto& transforms : {then, first}) {
+    there->upload(transforms);
+    tracer->move_instances(MovedTransforms(there));
+    by_host->move_instances(transforms);
+    expect_same(transforms);
+  }
+  there->upload(then);
+  tracer->move_instances(MovedTransforms(there));
+  tracer->move_instances({});  // they stay, and nobody has read them
+  by_host->move_instances(then);
+  by_host->move_instances({});
+  expect_same(then);
+  std::vector<Transform> wrong = first;
+  wrong[1234].m[1][2] = NAN;
+  there->upload(wrong);
+  try {
+    tracer->move_instances(MovedTransforms(there));
+    ADD_FAILURE() << "a transform that is not finite was taken";
+  } catch (const Error& e) {
+    EXPECT_NE(std::string_view(e.what()).find("instance 1234"), std::string_view::npos) << e.what();
+  }
+  expect_same(then);
+}
+
 TEST_F(TopLevel, TreesAreSoundOfAnyNumberOfInstances) {
   for (const std::size_t count : {1, 2, 3, 4, 7, 8, 33, 64, 257, 1500}) {
     std::vector<Transform> transforms = random_transforms(count, std::uint32_t(count));

@@ -44,7 +44,7 @@ class DeviceTree {
   /// Forests only: moves the instances, one transform each, which begins a new generation. Waits for the device. The
   /// top-level tree is refitted or built on the device where that is quicker (moves_on_device()), else on the host
   /// (Forest::move). Throws as Forest::move() does, and nothing has changed then; Error(Work) if the device fails.
-  void move_instances(std::span<const Transform> transforms);
+  void move_instances(const MovedTransforms& transforms);
   /// A mesh that gets other triangles, as many, and their tree. `same_shape`: the tree is that of before, refitted.
   struct MeshChange {
     std::size_t mesh;
@@ -53,7 +53,7 @@ class DeviceTree {
   };
   /// Forests only: changes meshes and moves the instances, as move_instances() does, which begins a new generation.
   /// Keeps references to the forest's trees and triangles. Throws as move_instances(), and nothing has changed then.
-  void change_meshes(std::span<MeshChange> changes, std::span<const Transform> transforms);
+  void change_meshes(std::span<MeshChange> changes, const MovedTransforms& transforms);
   /// Forests only: takes another forest, which begins a new generation. `from` tells of each of its meshes which one of
   /// before it is; none: it is another. What the device has of those stays. Waits for the device. Keeps a reference.
   void take(Forest& forest, std::span<const std::optional<std::uint32_t>> from);
@@ -199,8 +199,8 @@ class DeviceTree {
   const JoinedArray* leaves_there(std::size_t mesh) const;
   void set_refitted(std::size_t mesh);
   void write_table(const TableKey& key, Table& table);
-  void move_on_host(std::span<const Transform> transforms);
-  void move_on_device(std::span<const Transform> transforms);
+  void move_on_host(const MovedTransforms& transforms);
+  void move_on_device(const MovedTransforms& transforms);
   Texels room_for_top(Fetch fetch, std::size_t texels);
 
   Context& gpu_;

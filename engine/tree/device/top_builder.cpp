@@ -39,8 +39,9 @@ TopBuilder::TopBuilder(Context& gpu, const Forest& forest)
       builder_(gpu, BuildOver::Instances),
       instances_(gpu, build_source("instances", gpu.info())),
       nodes_(gpu, build_source("top", gpu.info())),
-      transforms_(gpu, forest.size(), Access::Storage, "transforms"),
-      sent_(gpu, transforms_.mapped() ? 0 : forest.size(), Access::Storage | Access::Host, "transforms of the host"),
+      transforms_{Buffer<Transform>(gpu, forest.size(), Access::Storage, "transforms"),
+                  Buffer<Transform>(gpu, forest.size(), Access::Storage, "transforms")},
+      sent_(gpu, transforms_[0].mapped() ? 0 : forest.size(), Access::Storage | Access::Host, "transforms of the host"),
       parts_(gpu, forest.size(), Access::Storage, "parts of instances"),
       meshes_(gpu, forest.meshes().size(), Access::Storage, "extents of meshes") {
   parts_.upload(parts_of(forest));
@@ -69,11 +70,14 @@ void TopBuilder::exchanged(std::size_t mesh) {
 
 void TopBuilder::record_place(Texels& top) {
   instances_.bind(BIND_BUILD_STATE, builder_.memory_->state);
-  instances_.bind(BIND_BUILD_TRANSFORMS, transforms_);
+  instances_.bind(BIND_BUILD_TRANSFORMS, transforms_[now_]);
   instances_.bind(BIND_BUILD_PARTS, parts_);
   instances_.bind(BIND_BUILD_MESHES, meshes_);
   instances_.bind(BIND_BUILD_TOP, top);
   const std::uint32_t group = gpu_.info().subgroup_size * kBuildSubgroups;
+  gpu_.pass("beginning to place instances", [&](Commands& cmd) {
+    cmd.fill(builder_.memory_->state, offsetof(BuildState, refused), sizeof(std::uint32_t), BUILD_NONE);
+  });
   record_build(gpu_, instances_, std::min(groups_of(count(), group), gpu_.info().max_group_count_x),
                InstancePush{count()}, "place", own_ms_);
 }
@@ -90,16 +94,20 @@ void TopBuilder::record_nodes(Texels& top) {
                "nodes", own_ms_);
 }
 
-/// Places the instances in the first buffer.
-void TopBuilder::place(std::span<const Transform> transforms, Texels& top) {
+/// Has the other transforms be those that the instances are placed by from now on.
+void TopBuilder::send(const MovedTransforms& transforms) {
   gpu_.finish();  // passes that read the transforms of the last move
-  Buffer<Transform>& to = transforms_.mapped() ? transforms_ : sent_;
-  copy_parallel(transforms, std::span(reinterpret_cast<Transform*>(to.mapped()), transforms.size()));
-  gpu_.pass("beginning to place instances", [&](Commands& cmd) {
-    if (&to == &sent_) cmd.copy(sent_, transforms_, transforms.size_bytes());
-    cmd.fill(builder_.memory_->state, offsetof(BuildState, refused), sizeof(std::uint32_t), BUILD_NONE);
-  });
-  record_place(top);
+  if (transforms.stay()) return;
+  now_ = 1 - now_;
+  const std::uint64_t bytes = count() * sizeof(Transform);
+  Buffer<Transform>& to = transforms_[now_];
+  if (!transforms.there) {
+    void* const here = to.mapped() ? to.mapped() : sent_.mapped();
+    copy_parallel(transforms.here, std::span(static_cast<Transform*>(here), count()));
+    if (to.mapped()) return;
+  }
+  const RawBuffer& from = transforms.there ? *transforms.there : sent_;
+  gpu_.pass("sending transforms", [&](Commands& cmd) { cmd.copy(from, to, bytes); });
 }
 
 void TopBuilder::build(Texels& top) {
@@ -111,8 +119,8 @@ void TopBuilder::build(Texels& top) {
 }
 
 /// Places the instances and refits the tree. Returns false if an instance cannot be placed.
-bool TopBuilder::refit(std::span<const Transform> transforms, Texels& top) {
-  place(transforms, top);
+bool TopBuilder::refit(Texels& top) {
+  record_place(top);
   const Bounds& b = builder_.built().bounds;
   builder_.begin_refit(top, std::max({b.hi.x - b.lo.x, b.hi.y - b.lo.y, b.hi.z - b.lo.z}));
   record_nodes(top);
@@ -120,23 +128,28 @@ bool TopBuilder::refit(std::span<const Transform> transforms, Texels& top) {
   return builder_.refused_ == BUILD_NONE;
 }
 
-TopFacts TopBuilder::move(std::span<const Transform> transforms, std::span<Texels* const> tops) {
+TopFacts TopBuilder::move(const MovedTransforms& transforms, std::span<Texels* const> tops) {
   const Timer timer;
   own_ms_.clear();
   builder_.build_ms_.clear();
   builder_.refit_ms_.clear();
   if (count() == 0) return {};
   builder_.reserve(count());
+  const std::size_t before = now_;
+  send(transforms);
+  const bool was_built = built_;
   if (!built_) {
-    place(transforms, *tops[0]);
+    record_place(*tops[0]);
     build(*tops[0]);
-    if (!built_) refuse(transforms, builder_.refused_);
-  } else if (!refit(transforms, *tops[0])) {
-    const std::uint32_t first = builder_.refused_;
-    refit(forest_.transforms(), *tops[0]);
-    refuse(transforms, first);
-  } else if (builder_.built().sah > kMostTopDecay * built_cost_) {
+  } else if (refit(*tops[0]) && builder_.built().sah > kMostTopDecay * built_cost_) {
     build(*tops[0]);
+  }
+  if (const std::uint32_t first = builder_.refused_; first != BUILD_NONE) {
+    Transform wrong;
+    transforms_[now_].download(std::span(&wrong, 1), first);
+    now_ = before;
+    if (was_built) refit(*tops[0]);
+    refuse(wrong, first);
   }
   for (Texels* const top : tops.subspan(1)) write(*top);
   const BuiltTree& tree = builder_.built();
@@ -158,9 +171,10 @@ std::uint32_t TopBuilder::root() const {
   return tree.proper == 1 ? LEAF_BIT | only_ : tree.root;
 }
 
-void TopBuilder::refuse(std::span<const Transform> transforms, std::uint32_t first) const {
-  place_instance(forest_.meshes()[forest_.mesh_of(first)].extents, transforms[first], forest_.name_of(first));
-  fail(Failure::Work, "instance {}: {} cannot place it, though the host can", forest_.name_of(first), gpu_.info().name);
+void TopBuilder::refuse(const Transform& transform, std::uint32_t instance) const {
+  place_instance(forest_.meshes()[forest_.mesh_of(instance)].extents, transform, forest_.name_of(instance));
+  fail(Failure::Work, "instance {}: {} cannot place it, though the host can", forest_.name_of(instance),
+       gpu_.info().name);
 }
 
 void TopBuilder::write(Texels& top) {

@@ -26,7 +26,7 @@ bool DeviceTree::moves_on_device() const {
   return asked_on_device_.value_or(!gpu_.info().is_cpu() && forest_->size() >= kLeastOnDevice);
 }
 
-void DeviceTree::move_instances(std::span<const Transform> transforms) {
+void DeviceTree::move_instances(const MovedTransforms& transforms) {
   gpu_.finish();
   if (moves_on_device())
     move_on_device(transforms);
@@ -41,14 +41,14 @@ void DeviceTree::exchange(std::size_t mesh, MeshTree& with) {
   if (top_builder_) top_builder_->exchanged(mesh);
 }
 
-void DeviceTree::change_meshes(std::span<MeshChange> changes, std::span<const Transform> transforms) {
+void DeviceTree::change_meshes(std::span<MeshChange> changes, const MovedTransforms& transforms) {
   gpu_.finish();
   for (MeshChange& c : changes) exchange(c.mesh, c.with);
   try {
     move_instances(transforms);
   } catch (...) {
     for (MeshChange& c : changes) exchange(c.mesh, c.with);
-    move_instances(forest_->transforms());
+    move_instances({});
     throw;
   }
   for (const auto& [mesh, before, same_shape] : changes) {
@@ -89,8 +89,11 @@ void DeviceTree::take(Forest& forest, std::span<const std::optional<std::uint32_
   begin_generation();
 }
 
-void DeviceTree::move_on_host(std::span<const Transform> transforms) {
-  forest_->move(transforms);
+void DeviceTree::move_on_host(const MovedTransforms& transforms) {
+  if (transforms.there)
+    forest_->move(read_transforms(*transforms.there, forest_->size()));
+  else
+    forest_->move(transforms.stay() ? std::span(forest_->transforms()) : transforms.here);
   top_builder_.reset();
   const TopTree& top = forest_->top();
   for (auto& [fetch, texels] : tops_) {
@@ -99,8 +102,8 @@ void DeviceTree::move_on_host(std::span<const Transform> transforms) {
   }
 }
 
-void DeviceTree::move_on_device(std::span<const Transform> transforms) {
-  forest_->check_count(transforms);
+void DeviceTree::move_on_device(const MovedTransforms& transforms) {
+  if (!transforms.stay() && !transforms.there) forest_->check_count(transforms.here);
   std::unique_ptr<TopBuilder> fresh;
   std::map<Fetch, Texels> made;  // until the move has succeeded, the tree of the host stays
   if (!top_builder_) {
@@ -111,11 +114,15 @@ void DeviceTree::move_on_device(std::span<const Transform> transforms) {
   }
   std::vector<Texels*> tops;
   for (auto& [fetch, texels] : fresh ? made : tops_) tops.push_back(&texels);
-  const TopFacts facts = (fresh ? fresh : top_builder_)->move(transforms, tops);
-  forest_->moved_elsewhere(transforms, facts);
-  if (!fresh) return;
-  top_builder_ = std::move(fresh);
-  tops_ = std::move(made);
+  const bool first = transforms.stay() && fresh;
+  const MovedTransforms moved = first ? MovedTransforms(forest_->transforms()) : transforms;
+  const TopFacts facts = (fresh ? fresh : top_builder_)->move(moved, tops);
+  if (fresh) {
+    top_builder_ = std::move(fresh);
+    tops_ = std::move(made);
+  }
+  if (!moved.there) return forest_->moved_elsewhere(first ? std::span<const Transform>() : moved.here, facts);
+  forest_->moved_elsewhere([builder = top_builder_.get()](std::span<Transform> to) { builder->read(to); }, facts);
 }
 
 /// Returns a buffer that the device writes a top-level tree into.

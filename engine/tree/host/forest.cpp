@@ -154,6 +154,7 @@ void Forest::move(std::span<const Transform> transforms) {
     reshaped_ = false;
   }
   transforms_ = std::move(kept);
+  transforms_late_ = false;
 }
 
 /// Returns the instances where transforms put them. Where these are the forest's own, only those of meshes that have
@@ -184,7 +185,20 @@ void Forest::set(std::vector<Instance> instances, TopTree top) {
 }
 
 void Forest::moved_elsewhere(std::span<const Transform> transforms, const TopFacts& top) {
-  if (transforms.data() != transforms_.data()) copy_parallel(transforms, std::span(transforms_));
+  if (!transforms.empty()) {
+    if (transforms.data() != transforms_.data()) copy_parallel(transforms, std::span(transforms_));
+    transforms_late_ = false;
+  }
+  moved(top);
+}
+
+void Forest::moved_elsewhere(std::function<void(std::span<Transform>)> read, const TopFacts& top) {
+  read_transforms_ = std::move(read);
+  transforms_late_ = true;
+  moved(top);
+}
+
+void Forest::moved(const TopFacts& top) {
   facts_ = top;
   late_ = true;
   changed_.clear();
@@ -196,10 +210,18 @@ void Forest::bring() const {
   if (!late_) return;
   const std::lock_guard lock(bringing_);
   if (!late_) return;
-  std::vector<Instance> made = placed(transforms_);
+  std::vector<Instance> made = placed(transforms());
   top_ = build_top(made, meshes_);
   instances_ = std::move(made);
   late_ = false;
+}
+
+void Forest::bring_transforms() const {
+  if (!transforms_late_) return;
+  const std::lock_guard lock(bringing_transforms_);
+  if (!transforms_late_) return;
+  read_transforms_(transforms_);
+  transforms_late_ = false;
 }
 
 void Forest::summarize() {
@@ -242,7 +264,7 @@ Forest::Place Forest::place_of(std::uint32_t prim) const {
 }
 
 Triangle Forest::triangle(const Place& place) const {
-  const Transform& t = transforms_[place.instance];
+  const Transform& t = transforms()[place.instance];
   const Triangle& given = meshes_[mesh_of_[place.instance]].triangles[place.triangle];
   Triangle moved;
   for (int k = 0; k < 3; ++k) {

@@ -71,15 +71,17 @@ class Forest {
   std::uint64_t exchanges() const { return exchanges_; }
 
   /// Returns the share of each mesh in the time that random rays are expected to take in the trees below the top level:
-  /// its cost by the SAH times the area of its instances' moved boxes. Their sum is 1, or 0 if nothing can be hit.
+  /// its cost by the SAH times the area of its instances' moved boxes, as the host knew them last. Their sum is 1, or 0 if nothing can be hit.
   std::vector<double> walk_shares() const;
 
   /// Throws Error(Arguments) if there is not one transform for each instance.
   void check_count(std::span<const Transform> transforms) const;
 
   /// Tells that the instances were moved elsewhere (on a device), and a top-level tree over them with these facts.
-  /// The transforms are valid for move(). Instances and a tree are made here once somebody asks for them.
+  /// The transforms are valid for move(); none: the instances stay. Instances and a tree are made here once somebody asks for them.
   void moved_elsewhere(std::span<const Transform> transforms, const TopFacts& top);
+  /// The same, but the transforms are read once somebody asks for them: read(transforms) writes them.
+  void moved_elsewhere(std::function<void(std::span<Transform>)> read, const TopFacts& top);
 
   const std::vector<MeshTree>& meshes() const { return meshes_; }
   /// Return the number of instances, and of one its mesh and the number of its first triangle.
@@ -92,7 +94,10 @@ class Forest {
     bring();
     return instances_;
   }
-  const std::vector<Transform>& transforms() const { return transforms_; }
+  const std::vector<Transform>& transforms() const {
+    bring_transforms();
+    return transforms_;
+  }
   /// Returns the tree on the host. Its shape differs from that of a tree that was made elsewhere.
   const TopTree& top() const {
     bring();
@@ -125,12 +130,13 @@ class Forest {
   void set(std::vector<Instance> instances, TopTree top);
   void count();
   void summarize();
+  void moved(const TopFacts& top);
   void bring() const;
+  void bring_transforms() const;
 
   std::vector<std::vector<Triangle>> own_;  // triangles that nobody else keeps
   std::vector<MeshTree> meshes_;
   std::vector<std::uint32_t> mesh_of_, first_of_, names_;  // of each instance
-  std::vector<Transform> transforms_;
   TopFacts facts_;
   TreeFacts tree_facts_;      // of all meshes
   BvhStats sum_;              // of all meshes
@@ -138,12 +144,15 @@ class Forest {
   Bvh summary_;
   std::vector<std::size_t> changed_;  // meshes that were exchanged since the instances were placed last
   std::uint64_t exchanges_;
-  std::uint64_t count_ = 0;                  // of triangles
-  bool reshaped_ = false;                    // instances can be hit that could not, or the other way round
+  std::uint64_t count_ = 0;                    // of triangles
+  bool reshaped_ = false;                      // instances can be hit that could not, or the other way round
+  mutable std::vector<Transform> transforms_;  // of an earlier time while they are to be read
+  mutable std::function<void(std::span<Transform>)> read_transforms_;  // empty: they are here
+  mutable std::atomic<bool> transforms_late_{false};
   mutable std::vector<Instance> instances_;  // these two of an earlier time while they are late
   mutable TopTree top_;
   mutable std::atomic<bool> late_{false};
-  mutable std::mutex bringing_;
+  mutable std::mutex bringing_, bringing_transforms_;
 };
 
 /// Builds the top-level tree. Instances without a box (of empty meshes) are left out.
