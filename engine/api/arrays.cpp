@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <glm/geometric.hpp>
 #include <limits>
 
-#include "engine/core/exact_area.h"
 #include "engine/core/parallel.h"
+#include "engine/core/unit_normal.h"
 
 namespace ballot::api {
 
@@ -16,12 +14,7 @@ namespace {
 constexpr std::size_t kRow = 512;  // hits that are written at a time
 static_assert(sizeof(BallotHit) == sizeof(Hit));
 
-/// Returns the unit normal of a triangle; zero if it has no area.
-glm::vec3 unit_normal(const Triangle& t) {
-  const glm::dvec3 n = exact_cross(t[0], t[1], t[2]);
-  const double length = glm::length(n);
-  return length > 0 ? glm::vec3(n * (1 / length)) : glm::vec3(0);
-}
+glm::vec3 normal_of(const Triangle& t) { return unit_normal(t[0], t[1], t[2]); }
 
 }  // namespace
 
@@ -34,7 +27,7 @@ HitArrays::HitArrays(const BallotHits& to, SceneState& scene, const RowOrder& or
   if (const std::uint64_t now = scene.world->tracer().tree().generation(); table.generation != now) {
     table.normals.resize(triangles.size());
     for_chunks(triangles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) table.normals[i] = unit_normal(triangles[i]);
+      for (std::size_t i = begin; i < end; ++i) table.normals[i] = normal_of(triangles[i]);
     });
     table.generation = now;
   }
@@ -47,7 +40,7 @@ const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
   Entry& entry = entries_[prim % entries_.size()];
   if (entry.prim != prim) {
     entry = {prim, glm::vec3(0)};
-    if (prim != NO_HIT) entry.normal = unit_normal(scene_.world->triangle(prim));
+    if (prim != NO_HIT) entry.normal = normal_of(scene_.world->triangle(prim));
   }
   return entry.normal;
 }

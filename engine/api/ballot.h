@@ -172,11 +172,17 @@ class Scene {
                                              std::to_string(hits.size()) + " hits");
     return trace(rays, Results{.hits = hits.data()}, query);
   }
-  /// The same for arrays on the device: the first `count` rays.
-  Times trace(const Array<Ray>& rays, Array<Hit>& hits, std::size_t count, const Query& query = {}) const {
+  /// The same for the first `count` rays of an array on the device, as trace(rays, {{"t", t}, {"uvs", uvs}}, n): each
+  /// output is the name of a member of Results and the array that it goes to.
+  Times trace(const Array<Ray>& rays, const std::vector<Output>& outputs, std::size_t count,
+              const Query& query = {}) const {
     Times times;
-    check(ballot_trace_buffers(handle_.get(), rays.handle(), hits.handle(), count, &query, &times));
+    check(ballot_trace_buffers(handle_.get(), rays.handle(), count, outputs.data(), outputs.size(), &query, &times));
     return times;
+  }
+  /// The same for whole hits.
+  Times trace(const Array<Ray>& rays, Array<Hit>& hits, std::size_t count, const Query& query = {}) const {
+    return trace(rays, {{"hits", hits}}, count, query);
   }
 
   /// Begins a trace in the background. Jobs of a device run in their order. What the query refers to must outlive the
@@ -192,10 +198,15 @@ class Scene {
   /// The same for arrays on the device, so that one batch follows another without a gap. Two jobs are on their way to
   /// the device at once; those behind them are sent together by a later call, poll() or wait(). Keep scene and arrays
   /// as they are until the job has ended.
-  Job submit(const Array<Ray>& rays, Array<Hit>& hits, std::size_t count, const Query& query = {}) const {
+  Job submit(const Array<Ray>& rays, const std::vector<Output>& outputs, std::size_t count,
+             const Query& query = {}) const {
     BallotJob* job = nullptr;
-    check(ballot_submit_buffers(handle_.get(), rays.handle(), hits.handle(), count, &query, &job));
+    check(ballot_submit_buffers(handle_.get(), rays.handle(), count, outputs.data(), outputs.size(), &query, &job));
     return Job(job);
+  }
+  /// The same for whole hits.
+  Job submit(const Array<Ray>& rays, Array<Hit>& hits, std::size_t count, const Query& query = {}) const {
+    return submit(rays, {{"hits", hits}}, count, query);
   }
 
   /// Finds the nearest point of the scene for each point: x y z, float or double, as a vector, a span or an array has
@@ -212,13 +223,13 @@ class Scene {
     check(ballot_query_points(handle_.get(), &p, &results, &query, &times));
     return times;
   }
-  /// The same for the first `count` points of an array on the device. T says what is asked: NearestPoint, float for the
-  /// signed distance, std::uint32_t for 1 inside and 0 outside. Points keep their order: put those that are near each
-  /// other next to each other. Throws Error(BALLOT_ERROR_ARGUMENT) as ballot_query_point_buffers() says.
-  template <class T>
-  Times nearest(const Array<Point>& points, Array<T>& answers, std::size_t count, const Query& query = {}) const {
+  /// The same for the first `count` points of an array on the device, whose outputs are named as members of
+  /// NearestResults. Points keep their order: put those that are near each other next to each other.
+  Times nearest(const Array<Point>& points, const std::vector<Output>& outputs, std::size_t count,
+                const Query& query = {}) const {
     Times times;
-    check(ballot_query_point_buffers(handle_.get(), points.handle(), answers.handle(), count, &query, &times));
+    check(ballot_query_point_buffers(handle_.get(), points.handle(), count, outputs.data(), outputs.size(), &query,
+                                     &times));
     return times;
   }
   /// Lists the triangles within the limit of each point, the nearest first: ballot_list_within() says what hits are.

@@ -46,7 +46,8 @@
 #endif
 
 /* What structs are made of. In C++ they begin with their size and with zeros by themselves, a text may be a
- * std::string, and a function that is told of progress any that has a name: bool(double), false ends the call. */
+ * std::string, an array on a device a ballot::Array, and a function that is told of progress any that has a name:
+ * bool(double), false ends the call. */
 #ifdef __cplusplus
 #define BALLOT_SIZE(T) size_t size = sizeof(T)
 #define BALLOT_ZERO = {}
@@ -62,6 +63,16 @@ struct BallotText {
   BallotText(const Text&& given) = delete; /* it would not live */
   operator const char*() const { return text; }
   const char* text = nullptr;
+};
+
+/* An array on a device that results go to. */
+struct BallotTarget {
+  BallotTarget() = default;
+  BallotTarget(struct BallotBuffer* given) : buffer(given) {}
+  template <class Array, class = decltype(static_cast<Array*>(nullptr)->handle())>
+  BallotTarget(Array& array) : buffer(array.handle()) {}
+  operator struct BallotBuffer *() const { return buffer; }
+  struct BallotBuffer* buffer = nullptr;
 };
 
 /* A function that is told the share that is done. Must not throw. */
@@ -82,7 +93,8 @@ extern "C" {
 #define BALLOT_ZERO
 #define BALLOT_INIT(T) ((T){.size = sizeof(T)}) /* a struct T with its size set and all other members zero */
 
-typedef const char* BallotText; /* that the caller keeps until the call returns */
+typedef const char* BallotText;            /* that the caller keeps until the call returns */
+typedef struct BallotBuffer* BallotTarget; /* an array on a device that results go to */
 
 /* A function that is told the share that is done; NULL: none. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. */
 typedef struct BallotProgress {
@@ -173,13 +185,15 @@ BALLOT_API const char* ballot_device_error(BallotDevice* device);
 
 /* What an array on a device holds. */
 typedef enum BallotRecord {
-  BALLOT_RECORD_RAY = 0,             /* BallotRay */
-  BALLOT_RECORD_HIT = 1,             /* BallotHit */
-  BALLOT_RECORD_POINT = 2,           /* BallotPoint; this and those below: ballot_query_point_buffers() */
-  BALLOT_RECORD_NEAREST = 3,         /* BallotNearestPoint */
-  BALLOT_RECORD_SIGNED_DISTANCE = 4, /* float */
-  BALLOT_RECORD_INSIDE = 5,          /* uint32_t */
-  BALLOT_RECORD_VERTEX = 6           /* BallotVertex: ballot_scene_set_vertex_buffer() */
+  BALLOT_RECORD_RAY = 0,       /* BallotRay */
+  BALLOT_RECORD_HIT = 1,       /* BallotHit */
+  BALLOT_RECORD_POINT = 2,     /* BallotPoint */
+  BALLOT_RECORD_NEAREST = 3,   /* BallotNearestPoint */
+  BALLOT_RECORD_FLOAT32 = 4,   /* float; this and those below: columns of answers */
+  BALLOT_RECORD_UINT32 = 5,    /* uint32_t */
+  BALLOT_RECORD_FLOAT32X3 = 6, /* 3 float, as BallotVertex: ballot_scene_set_vertex_buffer() */
+  BALLOT_RECORD_FLOAT32X2 = 7, /* 2 float */
+  BALLOT_RECORD_UINT8 = 8      /* uint8_t */
 } BallotRecord;
 
 /* A vertex on the device, 12 bytes. */
@@ -223,17 +237,28 @@ BALLOT_API BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* addre
 /* Returns the text of the array's last failed call. */
 BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 
-/* Traces rays [0, count) of one array and writes their hits to another; both of the scene's device. Returns when the
- * hits are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no share;
- * of the query any, method, numeric, knobs and ray_class are taken. */
-BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
-                                             const BallotQuery* query, BallotTimes* times);
+/* A column of answers, and the array on the scene's device that it goes to: the first records of it. */
+typedef struct BallotOutput {
+  /* The name of a member of BallotHits or BallotNearest, as "t". The array holds numbers of its type: "uvs" go to
+   * BALLOT_RECORD_FLOAT32X2. "occluded" and "inside" go to BALLOT_RECORD_UINT8 or BALLOT_RECORD_UINT32. */
+  BallotText column BALLOT_ZERO;
+  BallotTarget to BALLOT_ZERO; /* each array once, and not what is asked */
+} BallotOutput;
+
+/* Traces rays [0, count) of an array and writes columns of their answers, with the bits that ballot_trace() writes.
+ * Returns when they are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no
+ * share; of the query any, method, numeric, knobs and ray_class are taken. The scene keeps 16 bytes a ray on the device
+ * unless "hits" are among the columns, and for "normals" 36 bytes a triangle, unless it is flat and was built there. */
+BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,
+                                             const BallotOutput* outputs, size_t output_count, const BallotQuery* query,
+                                             BallotTimes* times);
 
 /* The same, but does not wait, so that one batch follows another without a gap. Jobs run in their order. Two are on
  * their way to the device at once; those behind them are sent together by a later call, ballot_job_poll() or
  * ballot_job_wait(). Keep scene and buffers until the job has ended. */
-BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits,
-                                              uint64_t count, const BallotQuery* query, BallotJob** job);
+BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,
+                                              const BallotOutput* outputs, size_t output_count,
+                                              const BallotQuery* query, BallotJob** job);
 
 /* A point on the device, 16 bytes. One with a component that is not finite, or a limit that is negative or NaN, is near
  * nothing, and outside. */
@@ -242,24 +267,13 @@ typedef struct BallotPoint {
   float limit; /* triangles farther away are not looked for; infinity: no limit */
 } BallotPoint;
 
-/* The nearest point, 32 bytes. Without a triangle within the limit distance is infinite, prim BALLOT_MISS, the rest
- * 0. */
-typedef struct BallotNearestPoint {
-  float at[3];    /* x, y, z */
-  float distance; /* from the point that was asked for */
-  uint32_t prim;  /* the triangle, counted through all meshes of the scene */
-  float u, v;     /* weights of its vertices 1 and 2 */
-  uint32_t spare; /* without meaning */
-} BallotNearestPoint;
-
-/* Answers points [0, count) of one array by another; both of the scene's device. What is asked is what `answers` holds:
- * BALLOT_RECORD_NEAREST, BALLOT_RECORD_SIGNED_DISTANCE, or BALLOT_RECORD_INSIDE, 1 for each point that is inside.
- * Answers and errors are those of ballot_query_points(), but with a limit of each point; query->progress may end
- * the call, but is told no share.
+/* Answers points [0, count) of an array and writes columns of their answers. Answers and errors are those of
+ * ballot_query_points(), but with a limit of each point; query->progress may end the call, but is told no share.
  * Points keep their order: put those that are near each other next to each other, as neighbours share a subgroup. Only
  * numeric "exact" brings points to the host. Returns when the answers are written. BallotTimes::hits is not counted. */
-BALLOT_API BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, BallotBuffer* answers,
-                                                   uint64_t count, const BallotQuery* query, BallotTimes* times);
+BALLOT_API BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, uint64_t count,
+                                                   const BallotOutput* outputs, size_t output_count,
+                                                   const BallotQuery* query, BallotTimes* times);
 
 /* ---- Rays and pictures of a view -------------------------------------------------------------------------------- */
 

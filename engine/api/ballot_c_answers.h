@@ -203,18 +203,29 @@ BALLOT_API BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRa
 
 /* ---- Points ----------------------------------------------------------------------------------------------------- */
 
+/* The nearest point, 32 bytes. Without a triangle within the limit distance is infinite, prim BALLOT_MISS, the rest
+ * 0. */
+typedef struct BallotNearestPoint {
+  float at[3];    /* x, y, z */
+  float distance; /* from the point that was asked for */
+  uint32_t prim;  /* the triangle, counted through the instances of the scene */
+  float u, v;     /* weights of its vertices 1 and 2 */
+  uint32_t spare; /* without meaning */
+} BallotNearestPoint;
+
 /* Where the answers go, as in BallotHits. Without a triangle within the limit distances are infinite, numbers
  * BALLOT_MISS, the rest 0. */
 typedef struct BallotNearest {
   BALLOT_SIZE(BallotNearest);
-  float* distances BALLOT_ZERO;        /* from the nearest triangle */
-  float* points BALLOT_ZERO;           /* 3 each: the nearest point */
-  uint32_t* prims BALLOT_ZERO;         /* its triangle within its mesh; of those as near the smallest number */
-  uint32_t* mesh_ids BALLOT_ZERO;      /* as in BallotHits */
-  float* uvs BALLOT_ZERO;              /* 2 each: weights of the vertices 1 and 2 */
-  float* normals BALLOT_ZERO;          /* 3 each: unit normal of the triangle, by the right-hand rule */
-  float* signed_distances BALLOT_ZERO; /* negative inside, as BallotQuery::sign says */
-  uint8_t* inside BALLOT_ZERO;         /* 1: inside, as BallotQuery::sign says */
+  float* distances BALLOT_ZERO;            /* from the nearest triangle */
+  float* points BALLOT_ZERO;               /* 3 each: the nearest point */
+  uint32_t* prims BALLOT_ZERO;             /* its triangle within its mesh; of those as near the smallest number */
+  uint32_t* mesh_ids BALLOT_ZERO;          /* as in BallotHits */
+  float* uvs BALLOT_ZERO;                  /* 2 each: weights of the vertices 1 and 2 */
+  float* normals BALLOT_ZERO;              /* 3 each: unit normal of the triangle, by the right-hand rule */
+  float* signed_distances BALLOT_ZERO;     /* negative inside, as BallotQuery::sign says */
+  uint8_t* inside BALLOT_ZERO;             /* 1: inside, as BallotQuery::sign says */
+  BallotNearestPoint* nearest BALLOT_ZERO; /* whole nearest points */
 } BallotNearest;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of

@@ -65,8 +65,8 @@ class Job {
   detail::Handle<BallotJob, ballot_job_destroy> handle_;
 };
 
-/// An array on a device: of Ray or Hit, of Vertex, of Point, or of what Scene::nearest() answers: NearestPoint, float
-/// (signed distances) or std::uint32_t (1 inside).
+/// An array on a device: of Ray, Hit, Point, NearestPoint or Vertex, or of numbers, as columns of answers have them:
+/// float, std::array<float, 2>, std::array<float, 3>, std::uint32_t or std::uint8_t.
 template <class T>
 class Array {
  public:

@@ -166,11 +166,17 @@ struct RecordOf<Point> : std::integral_constant<BallotRecord, BALLOT_RECORD_POIN
 template <>
 struct RecordOf<NearestPoint> : std::integral_constant<BallotRecord, BALLOT_RECORD_NEAREST> {};
 template <>
-struct RecordOf<float> : std::integral_constant<BallotRecord, BALLOT_RECORD_SIGNED_DISTANCE> {};
+struct RecordOf<float> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32> {};
 template <>
-struct RecordOf<std::uint32_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_INSIDE> {};
+struct RecordOf<std::array<float, 2>> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X2> {};
 template <>
-struct RecordOf<Vertex> : std::integral_constant<BallotRecord, BALLOT_RECORD_VERTEX> {};
+struct RecordOf<std::array<float, 3>> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X3> {};
+template <>
+struct RecordOf<Vertex> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X3> {};
+template <>
+struct RecordOf<std::uint32_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_UINT32> {};
+template <>
+struct RecordOf<std::uint8_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_UINT8> {};
 
 }  // namespace detail
 }  // namespace v1

@@ -7,7 +7,8 @@ namespace {
 /// Makes the array of a buffer.
 void make_records(BufferState& to, BallotRecord record, std::uint64_t count, ballot::Access access) {
   const auto make = [&]<class T>(std::type_identity<T>, const char* name) {
-    to.array.emplace<Buffer<T>>(*to.device->gpu, count, access, name);
+    const std::uint64_t room = (count * sizeof(T) + 3) / 4 * 4 / sizeof(T);  // whole words
+    to.array.emplace<Buffer<T>>(*to.device->gpu, room, access, name);
     to.records = count, to.record_bytes = sizeof(T);
   };
   switch (record) {
@@ -19,12 +20,16 @@ void make_records(BufferState& to, BallotRecord record, std::uint64_t count, bal
       return make(std::type_identity<ProbePoint>(), "points of the caller");
     case BALLOT_RECORD_NEAREST:
       return make(std::type_identity<Nearest>(), "nearest points of the caller");
-    case BALLOT_RECORD_SIGNED_DISTANCE:
-      return make(std::type_identity<float>(), "distances of the caller");
-    case BALLOT_RECORD_INSIDE:
-      return make(std::type_identity<std::uint32_t>(), "inside tests of the caller");
-    case BALLOT_RECORD_VERTEX:
-      return make(std::type_identity<glm::vec3>(), "vertices of the caller");
+    case BALLOT_RECORD_FLOAT32:
+      return make(std::type_identity<float>(), "numbers of the caller");
+    case BALLOT_RECORD_UINT32:
+      return make(std::type_identity<std::uint32_t>(), "whole numbers of the caller");
+    case BALLOT_RECORD_FLOAT32X3:
+      return make(std::type_identity<glm::vec3>(), "vectors of the caller");
+    case BALLOT_RECORD_FLOAT32X2:
+      return make(std::type_identity<glm::vec2>(), "pairs of the caller");
+    case BALLOT_RECORD_UINT8:
+      return make(std::type_identity<std::uint8_t>(), "bytes of the caller");
   }
   throw Refused(BALLOT_ERROR_ARGUMENT,
                 fmt::format("ballot_buffer_create: record is {}; expected one of BALLOT_RECORD_...", int(record)));

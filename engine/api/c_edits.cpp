@@ -79,6 +79,7 @@ void commit_structure(SceneState& scene, PendingEdits& edits) {
   scene.world->commit(change, scene.update);
   const Scene& now = scene.world->scene_facts();
   scene.places.emplace(now, scene.ids);
+  scene.there.reset();
   std::map<std::uint32_t, MeshState> meshes;
   for (const MeshLabel& label : now.instances.mesh_labels) {
     auto fresh = edits.meshes.extract(label.number);

@@ -5,11 +5,15 @@
 #include <limits>
 
 #include "engine/api/arrays.h"
+#include "engine/api/outputs.h"
+#include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
+#include "engine/gpu/room.h"
 
 namespace ballot::api {
 namespace {
 
+constexpr std::uint64_t kPart = 1 << 22;  // points on the device that are answered at a time, a multiple of 4
 constexpr std::size_t kUntold = 1 << 10;  // points of a call that tells its progress at the end alone
 
 /// Returns the ends and the triangle of an edge as text.
@@ -60,6 +64,8 @@ Stream<ProbePoint, Answer> stream_of(const PointArray& points, Out& out, Watch& 
   return stream;
 }
 
+static_assert(sizeof(BallotNearestPoint) == sizeof(Nearest));
+
 /// Writes what is asked of the nearest points.
 class NearestArrays {
  public:
@@ -71,7 +77,9 @@ class NearestArrays {
         by_sides_(by_sides && (to.signed_distances || to.inside)) {}
 
   bool wants_sides() const { return by_sides_; }
-  bool wants_nearest() const { return any_ || to_.distances || to_.points || to_.signed_distances || by_sides_; }
+  bool wants_nearest() const {
+    return any_ || to_.nearest || to_.distances || to_.points || to_.signed_distances || by_sides_;
+  }
   bool wants_inside() const { return !by_sides_ && (to_.signed_distances || to_.inside); }
 
   void write(std::uint64_t first, std::span<const Nearest> answers) {
@@ -87,6 +95,7 @@ class NearestArrays {
         if (to_.signed_distances)
           to_.signed_distances[place] = answers[i].behind ? -answers[i].distance : answers[i].distance;
         if (to_.inside && by_sides_) to_.inside[place] = std::uint8_t(answers[i].behind);
+        if (to_.nearest) std::memcpy(to_.nearest + place, &answers[i], sizeof(Nearest));
         if (to_.points) std::memcpy(to_.points + 3 * place, &answers[i].at, 3 * sizeof(float));
       }
       found += some;
@@ -140,28 +149,37 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   return clock.times(spent, out.found());
 }
 
-/// Answers points of one array on the device by another.
-TraceTimes query_arrays(SceneState& scene, BufferState& points, BufferState& answers, std::uint64_t count,
-                        const BallotQuery& query) {
-  constexpr const char* kCall = "points on the device";
-  ballot::DeviceScene& world = *scene.world;
-  Buffer<ProbePoint>& from = array_of<ProbePoint>(points, scene, count, kCall, "points");
-  PointQuery how = point_query(query);
-  if (std::holds_alternative<Buffer<Nearest>>(answers.array)) {
-    how.sides = false;
-    return world.points().nearest(from, array_of<Nearest>(answers, scene, count, kCall, "answers"), count, how);
+/// Answers points of an array on the device, part by part, so that what lies between kernels takes a bounded memory.
+TraceTimes query_arrays(SceneState& scene, const Buffer<ProbePoint>& points, const Outputs& outputs,
+                        std::uint64_t count, PointQuery how) {
+  PointQueries& queries = scene.world->points();
+  const bool signs = outputs.wants(COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS), inside = signs && !how.sides;
+  const bool near = outputs.nearest || how.sides ||
+                    outputs.wants(COLUMN_DISTANCES, COLUMN_PRIMS, COLUMN_IDS, COLUMN_UVS, COLUMN_NORMALS, COLUMN_POINTS,
+                                  COLUMN_SIGNED);
+  how.sides = how.sides && signs;
+  if (outputs.nearest && outputs.arrays.size() == 1) return queries.nearest(points, *outputs.nearest, count, how);
+  Context& gpu = *scene.device->gpu;
+  AnswersThere& there = answers_there(scene);
+  const auto size = std::size_t(std::min(count, kPart));
+  Buffer<ProbePoint>& asked = buffer_for(there.points, gpu, size, "points of a part");
+  Buffer<Nearest>& found = buffer_for(there.nearest, gpu, near ? size : 0, "nearest points of a part");
+  Buffer<std::uint32_t>& within = buffer_for(there.inside, gpu, inside ? size : 0, "inside tests of a part");
+  TraceTimes times;
+  const PassScope scope(gpu);
+  for (std::uint64_t first = 0; first < count; first += kPart) {
+    const std::uint64_t some = std::min(kPart, count - first);
+    asked.copy_from(points, std::size_t(first), 0, std::size_t(some));
+    if (near) times.device_ms += queries.nearest(asked, found, some, how).device_ms;
+    if (inside) times.device_ms += queries.inside(asked, within, some, {.exact = how.exact}).device_ms;
+    if (outputs.nearest) outputs.nearest->copy_from(found, 0, std::size_t(first), std::size_t(some));
+    record_columns(scene, {found, true, inside ? &within : nullptr, some, first}, outputs.to,
+                   [&times](double ms) { times.device_ms += ms; });
+    gpu.flush();
+    check_interruption();
   }
-  const auto check_mesh = [&] {
-    if (!query.assume_closed) how.sides ? need_wound(world) : need_closed(world);
-  };
-  if (std::holds_alternative<Buffer<std::uint32_t>>(answers.array)) {
-    Buffer<std::uint32_t>& inside = array_of<std::uint32_t>(answers, scene, count, kCall, "answers");
-    check_mesh();
-    return world.points().inside(from, inside, count, how);
-  }
-  Buffer<float>& distances = array_of<float>(answers, scene, count, kCall, "answers");
-  check_mesh();
-  return world.points().signed_distances(from, distances, count, how);
+  gpu.finish();
+  return times;
 }
 
 }  // namespace
@@ -181,16 +199,24 @@ BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points,
   });
 }
 
-BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, BallotBuffer* answers, uint64_t count,
-                                        const BallotQuery* query, BallotTimes* times) {
+BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, uint64_t count,
+                                        const BallotOutput* outputs, size_t output_count, const BallotQuery* query,
+                                        BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    constexpr const char* kCall = "points on the device";
     const Clock clock;
-    const auto from = use(points), to = use(answers);
+    if (output_count) need(outputs, "ballot_query_point_buffers", "outputs");
+    const auto from = use(points);
+    const auto& in = array_of<ballot::ProbePoint>(*from, *state, count, kCall, "points");
+    const Outputs to({outputs, output_count}, ballot::door::kNearestRows, *state, *from, count, kCall);
     const BallotQuery q = read_query(query, kPointsKind);
+    const ballot::PointQuery how = point_query(q);
     const DeviceUse device(*state->device);
     keep_fit(*state);
     const Watch watch(q, *state->device, "points");
     const Watched watched(watch);
-    write_struct(times, clock.times(query_arrays(*state, *from, *to, count, q), 0), "BallotTimes");
+    if (to.wants(COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS) && !q.assume_closed)
+      how.sides ? need_wound(*state->world) : need_closed(*state->world);
+    write_struct(times, clock.times(query_arrays(*state, in, to, count, how), 0), "BallotTimes");
   });
 }

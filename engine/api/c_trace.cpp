@@ -1,4 +1,4 @@
-// Tracing by the C interface: arrays in memory, in the background, buffers on the device.
+// Tracing by the C interface: arrays in memory, at once and in the background.
 #include "engine/api/arrays.h"
 #include "engine/api/crossings.h"
 
@@ -68,67 +68,6 @@ void end_job(QueuedJob& job, SceneState& scene, const Call& call) {
   }
 }
 
-/// A trace of arrays on the device that has been submitted.
-class DeviceJob : public JobState {
- public:
-  explicit DeviceJob(std::shared_ptr<SceneState> scene) : JobState(scene->device), scene_(std::move(scene)) {}
-
-  /// Submits the work. The device's mutex is held.
-  void begin(Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
-    Tracer& tracer = scene_->world->tracer();
-    const Query concrete = tracer.resolve(query, rays, count);
-    tracer.record(rays, hits, count, concrete, [times = spent_](double ms) { times->device_ms = ms; });
-    // Work for an idle device is sent at once; behind two submissions it waits to be sent together with what follows.
-    Context& gpu = *scene_->device->gpu;
-    if (!gpu.has_recorded()) return;  // it was traced at once, as the host has to look at its results
-    submission_ = gpu.recording();
-    if (gpu.in_flight() < 2) gpu.flush();
-  }
-  BallotStatus wait() override {
-    return end([&] { scene_->device->gpu->wait(submission_); });
-  }
-  BallotStatus poll() override {
-    bool ended = false;
-    const BallotStatus status = end([&] { ended = scene_->device->gpu->has_ended(submission_); });
-    return status == BALLOT_OK && !ended ? BALLOT_NOT_READY : status;
-  }
-
- private:
-  template <class Wait>
-  BallotStatus end(const Wait& wait) {
-    const DeviceHold hold(*scene_->device);
-    try {
-      wait();
-      times_ = clock_.times(*spent_, 0);
-      return BALLOT_OK;
-    } catch (...) {
-      const BallotStatus status = report(&scene_->error);
-      error_ = thread_text();
-      return status;
-    }
-  }
-
-  Clock clock_;
-  std::shared_ptr<SceneState> scene_;
-  std::shared_ptr<TraceTimes> spent_ = std::make_shared<TraceTimes>();
-  std::uint64_t submission_ = 0;
-};
-
-/// Checks the arguments of a trace of arrays on the device, and runs trace(rays, hits, query) while no other call uses
-/// it.
-template <class Trace>
-void with_buffers(SceneState& scene, BallotBuffer* rays, BallotBuffer* hits, std::uint64_t count,
-                  const BallotQuery* query, const Trace& trace) {
-  const auto from = use(rays), to = use(hits);
-  constexpr const char* kCall = "trace of arrays on the device";
-  Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kCall, "rays");
-  Buffer<Hit>& out = array_of<Hit>(*to, scene, count, kCall, "hits");
-  const Query q = hit_query(read_query(query, kArraysKind));
-  const DeviceHold hold(*scene.device);
-  keep_fit(scene);
-  trace(in, out, q);
-}
-
 }  // namespace
 }  // namespace ballot::api
 
@@ -184,29 +123,4 @@ void ballot_job_destroy(BallotJob* job) {
     state->end_late();
   else
     state->wait();
-}
-
-BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
-                                  const BallotQuery* query, BallotTimes* times) {
-  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
-    const Clock clock;
-    const Watch watch(read_query(query, kArraysKind), *state->device);
-    with_buffers(*state, rays, hits, count, query, [&](auto& from, auto& to, const ballot::Query& q) {
-      const Watched watched(watch);
-      const auto done = state->world->tracer().trace(from, to, std::uint32_t(count), q);
-      write_struct(times, clock.times(done, 0), "BallotTimes");
-    });
-  });
-}
-
-BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, BallotBuffer* hits, uint64_t count,
-                                   const BallotQuery* query, BallotJob** job) {
-  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
-    need(job, "ballot_submit_buffers", "job");
-    auto begun = std::make_shared<DeviceJob>(state);
-    with_buffers(*state, rays, hits, count, query, [&](auto& from, auto& to, const ballot::Query& q) {
-      begun->begin(from, to, std::uint32_t(count), q);
-    });
-    *job = jobs().add(std::move(begun));
-  });
 }

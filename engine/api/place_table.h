@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "engine/answer/columns.h"
 #include "engine/model/prim_ids.h"
 
 namespace ballot::api {
@@ -23,6 +24,22 @@ class PlaceTable {
       prim += count;
     }
     first_.push_back(prim);
+  }
+
+  /// Returns the table for a device.
+  PrimTable prim_table() const {
+    PrimTable table{.words = {first_.begin(), first_.end() - 1},
+                    .placements = static_cast<std::uint32_t>(number_.size())};
+    table.words.insert(table.words.end(), number_.begin(), number_.end());
+    table.words.insert(table.words.end(), id_of_.begin(), id_of_.end());
+    table.words.resize(3 * number_.size());
+    for (std::size_t i = 0; i < number_.size(); ++i)
+      table.words.push_back(first_[i] < first_[i + 1] ? ids_.shift_of(first_[i]) : 0);
+    if (!id_of_.empty()) return table;
+    const std::vector<std::uint32_t> ranges = ids_.ranges();
+    table.words.insert(table.words.end(), ranges.begin(), ranges.end());
+    table.ranges = static_cast<std::uint32_t>(ranges.size() / 2);
+    return table;
   }
 
   /// Returns the placement of a triangle. `near` is tried first: neighbours often hit one.

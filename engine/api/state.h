@@ -124,9 +124,20 @@ struct NormalTable {
   std::vector<glm::vec3> normals;
 };
 
+/// What writes columns of answers on the device, and what these are of: as many records as a call has had.
+struct AnswersThere {
+  AnswersThere(Context& gpu, const PlaceTable& places) : columns(gpu, places.prim_table()) {}
+  ColumnWriter columns;
+  std::unique_ptr<Buffer<Hit>> hits;
+  std::unique_ptr<Buffer<ProbePoint>> points;  // these of a part of the points
+  std::unique_ptr<Buffer<Nearest>> nearest;
+  std::unique_ptr<Buffer<std::uint32_t>> inside;
+};
+
 struct SceneState {
   ~SceneState() {
     const DeviceHold hold(*device);
+    there.reset();
     world.reset();
   }
   /// Takes a finished scene and the options of its engine.
@@ -136,9 +147,10 @@ struct SceneState {
   std::unique_ptr<DeviceScene> world;
   std::map<std::uint32_t, MeshState> meshes;  // by number
   IdSource ids = IdSource::Mesh;
-  std::optional<PlaceTable> places;  // there with the engine
-  NormalTable normals;               // made by a call that asks for more of them than there are triangles
-  SceneNumbers next;                 // of meshes and instances
+  std::optional<PlaceTable> places;     // there with the engine
+  NormalTable normals;                  // made by a call that asks for more of them than there are triangles
+  std::unique_ptr<AnswersThere> there;  // made by a call for columns on the device
+  SceneNumbers next;                    // of meshes and instances
   std::unique_ptr<PendingEdits> pending;
   UpdateMode update = UpdateMode::Auto;
   std::uint64_t refits = 0;    // since the last build
@@ -182,7 +194,7 @@ struct BufferState {
   std::shared_ptr<DeviceState> device;
   std::size_t records = 0, record_bytes = 0;
   std::variant<std::monostate, Buffer<Ray>, Buffer<Hit>, Buffer<ProbePoint>, Buffer<Nearest>, Buffer<float>,
-               Buffer<std::uint32_t>, Buffer<glm::vec3>>
+               Buffer<std::uint32_t>, Buffer<glm::vec3>, Buffer<glm::vec2>, Buffer<std::uint8_t>>
       array;
   std::unique_ptr<CudaMemory> cuda;
   LastError error;

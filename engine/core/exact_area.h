@@ -42,19 +42,23 @@ inline bool is_exact_difference(const glm::dvec3& difference, const glm::dvec3& 
   return back == b && difference + back == a;
 }
 
-/// Returns the cross product (b - a) x (c - a). Each component is zero only if it is so without rounding, and has a
-/// relative error of a few 2^-53.
-inline glm::dvec3 exact_cross(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+/// Returns the cross product (q - p) x (r - p) of float32 numbers. Each component is zero only if it is so without
+/// rounding, and has a relative error of a few 2^-53.
+inline glm::dvec3 exact_cross_sums(const glm::dvec3& p, const glm::dvec3& q, const glm::dvec3& r) {
   glm::dvec3 cross;
-  const glm::dvec3 p(a), q(b), r(c), e = q - p, f = r - p;
-  if (is_exact_difference(e, q, p) && is_exact_difference(f, r, p))
-    return {difference_of_products(e.y, f.z, e.z, f.y), difference_of_products(e.z, f.x, e.x, f.z),
-            difference_of_products(e.x, f.y, e.y, f.x)};
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     cross[i] = exact_sum({q[j] * r[k], -(q[k] * r[j]), r[j] * p[k], -(r[k] * p[j]), p[j] * q[k], -(p[k] * q[j])});
   }
   return cross;
+}
+
+/// The same, (b - a) x (c - a), quicker.
+inline glm::dvec3 exact_cross(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+  const glm::dvec3 p(a), q(b), r(c), e = q - p, f = r - p;
+  if (!is_exact_difference(e, q, p) || !is_exact_difference(f, r, p)) return exact_cross_sums(p, q, r);
+  return {difference_of_products(e.y, f.z, e.z, f.y), difference_of_products(e.z, f.x, e.x, f.z),
+          difference_of_products(e.x, f.y, e.y, f.x)};
 }
 
 /// True if the three vertices lie on a line or at one point, without rounding.

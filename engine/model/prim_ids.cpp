@@ -37,8 +37,13 @@ std::uint32_t PrimIds::value_at(const std::vector<Range>& ranges, std::uint32_t 
   return std::prev(std::ranges::upper_bound(ranges, number, {}, &Range::first))->value;
 }
 
-std::uint32_t PrimIds::at(std::uint32_t prim) const {
-  return value_at(ids_, placed_.empty() ? prim : prim + value_at(placed_, prim));  // unsigned numbers wrap
+std::uint32_t PrimIds::at(std::uint32_t prim) const { return value_at(ids_, prim + shift_of(prim)); }
+
+std::vector<std::uint32_t> PrimIds::ranges() const {
+  std::vector<std::uint32_t> words;
+  for (const Range& range : ids_) words.push_back(range.first);
+  for (const Range& range : ids_) words.push_back(range.value);
+  return words;
 }
 
 }  // namespace ballot

@@ -31,6 +31,11 @@ class PrimIds {
   /// Returns the id of a triangle. `prim` is below triangle_count() (instances.h).
   std::uint32_t at(std::uint32_t prim) const;
 
+  /// Return what to look an id up with elsewhere: the ranges of triangles, the first of each and behind these their
+  /// ids; and what is added to the number of a triangle of a placement, which wraps, to find its range.
+  std::vector<std::uint32_t> ranges() const;
+  std::uint32_t shift_of(std::uint32_t prim) const { return placed_.empty() ? 0 : value_at(placed_, prim); }
+
  private:
   struct Range {
     std::uint32_t first, value;  // of the first number in the range

@@ -16,6 +16,12 @@
 #define BIND_RECORDS 24         // out: the records of lists
 #define BIND_ROWS 25            // in: the same in rows
 
+// shaders/query/columns.comp.
+#define BIND_PRIM_TABLE 26    // in: placements and ids of triangles (engine/answer/columns.h)
+#define BIND_CORNERS 27       // in: the corners of the triangles of all trees
+#define BIND_CORNER_TABLE 28  // in: of each instance of a tree its first triangle, then where its corners are
+#define BIND_COLUMNS 48       // out: the first of the columns
+
 // Kernels of users (lib/called/scene.glsl): their numbers, and the first of their arrays.
 #define BIND_USER_NUMBERS 32
 #define BIND_USER_ARRAYS 33
@@ -71,6 +77,28 @@
 #define SIGNS_BY_PARITY 0  // distances, negative where the inside test says so
 #define SIGNS_BY_SIDES 1   // distances, negative behind the surface
 #define SIGNS_INSIDE 2     // whether points are behind the surface
+
+// shaders/query/columns.comp: the lanes of a workgroup, and the columns of an answer, whose bits BALLOT_COLUMNS has and
+// whose bindings follow BIND_COLUMNS.
+#define COLUMNS_GROUP 128u
+#define COLUMN_DISTANCES 0   // float: of hits t
+#define COLUMN_PRIMS 1       // uint: the triangle within its mesh
+#define COLUMN_IDS 2         // uint
+#define COLUMN_UVS 3         // 2 float
+#define COLUMN_NORMALS 4     // 3 float
+#define COLUMN_FLAGS 5       // byte: of hits whether there is one, of points whether they are inside
+#define COLUMN_FLAG_WORDS 6  // uint: the same
+#define COLUMN_INSTANCES 7   // uint
+#define COLUMN_POINTS 8      // 3 float: the nearest point
+#define COLUMN_SIGNED 9      // float: distances, negative inside
+#define COLUMNS 10
+
+// The words of BIND_PRIM_TABLE: for each placement its first triangle, of all; their numbers; their ids; and what is added
+// to the number of a triangle for the ranges, which follow if ids are theirs: their first triangles, then their ids.
+#define PLACEMENT_WORDS 4u
+// The words of BIND_CORNER_TABLE: for each instance its first triangle, of all; then for each where its tree's triangles
+// begin in BIND_CORNERS, and the rows of its matrix, with the translation.
+#define CORNER_WORDS 14u
 
 // The number of crossings of a ray, or the answer of a point, that rounding may have decided.
 #define UNSURE 0xFFFFFFFDu
@@ -130,6 +158,16 @@ struct SignsPush {
   uint to;  // place of the first answer
 };
 BALLOT_RECORD(SignsPush, 8);
+
+// Push constants of columns.comp.
+struct ColumnsPush {
+  uint records;
+  uint from;  // number of the first record
+  uint to;    // place of the first answer, a multiple of 4
+  uint placements, ranges;
+  uint instances;  // of trees
+};
+BALLOT_RECORD(ColumnsPush, 24);
 
 #ifdef __cplusplus
 }  // namespace ballot

@@ -171,9 +171,9 @@ TEST_F(Points, ArraysOnTheDevice) {
                      .inside = inside.data()},
                     query);
       signed_there.write(std::vector<float>(n, 77));
-      EXPECT_GT(scene.nearest(in, nearest, n, query).device_ms, 0);
-      scene.nearest(in, signed_there, n - 10, query);
-      scene.nearest(in, inside_there, n, query);
+      EXPECT_GT(scene.nearest(in, {{"nearest", nearest}}, n, query).device_ms, 0);
+      scene.nearest(in, {{"signed_distances", signed_there}}, n - 10, query);
+      scene.nearest(in, {{"inside", inside_there}}, n, query);
       nearest.read(found), signed_there.read(found_signs), inside_there.read(found_inside);
       for (std::size_t i = 0; i < n; ++i) {
         ASSERT_EQ(found[i].distance, distances[i]) << i;
@@ -190,19 +190,20 @@ TEST_F(Points, ArraysOnTheDevice) {
     }
     return ballot::Code(0);
   };
-  EXPECT_EQ(code_of([&] { scene.nearest(in, signed_there, n + 1); }), BALLOT_ERROR_ARGUMENT);
-  EXPECT_EQ(ballot_query_point_buffers(scene.handle(), signed_there.handle(), in.handle(), 1, nullptr, nullptr),
-            BALLOT_ERROR_ARGUMENT);
-  EXPECT_EQ(ballot_query_point_buffers(scene.handle(), in.handle(), in.handle(), 1, nullptr, nullptr),
+  EXPECT_EQ(code_of([&] { scene.nearest(in, {{"signed_distances", signed_there}}, n + 1); }), BALLOT_ERROR_ARGUMENT);
+  const BallotOutput wrong[] = {{"inside", in}, {"inside", signed_there}, {"t", signed_there}, {"inside", {}}};
+  for (const BallotOutput& output : wrong)
+    EXPECT_NE(ballot_query_point_buffers(scene.handle(), in.handle(), 1, &output, 1, nullptr, nullptr), BALLOT_OK);
+  EXPECT_EQ(ballot_query_point_buffers(scene.handle(), signed_there.handle(), 1, wrong, 1, nullptr, nullptr),
             BALLOT_ERROR_ARGUMENT);
   const ballot::Device other;
   ballot::Array<ballot::Point> elsewhere(other, n);
-  EXPECT_EQ(code_of([&] { scene.nearest(elsewhere, signed_there, n); }), BALLOT_ERROR_ARGUMENT);
+  EXPECT_EQ(code_of([&] { scene.nearest(elsewhere, {{"signed_distances", signed_there}}, n); }), BALLOT_ERROR_ARGUMENT);
   right_.indices.resize(33);
   const ballot::Scene open(*device_, {right_.mesh()});
-  EXPECT_EQ(code_of([&] { open.nearest(in, signed_there, n); }), BALLOT_ERROR_ARGUMENT);
-  open.nearest(in, nearest, n);
-  open.nearest(in, signed_there, n, {.sign = "pseudonormal"});
+  EXPECT_EQ(code_of([&] { open.nearest(in, {{"signed_distances", signed_there}}, n); }), BALLOT_ERROR_ARGUMENT);
+  open.nearest(in, {{"nearest", nearest}}, n);
+  open.nearest(in, {{"signed_distances", signed_there}}, n, {.sign = "pseudonormal"});
 }
 
 TEST_F(Points, AScenesAnswersFollowItsVertices) {

@@ -168,7 +168,9 @@ TEST_F(Api, EveryKindOfQueryHasADecayedTreeBuilt) {
          s.nearest(points, {.signed_distances = distances.data()}, {.sign = sign, .assume_closed = true});
        }},
       {"points on the device",
-       [&](auto& s) { s.nearest(points_there, signs_there, n, {.sign = sign, .assume_closed = true}); }},
+       [&](auto& s) {
+         s.nearest(points_there, {{"signed_distances", signs_there}}, n, {.sign = sign, .assume_closed = true});
+       }},
       {"counts", [&](auto& s) { s.count_crossings(rays); }},
       {"exact counts", [&](auto& s) { s.count_crossings(rays, {.numeric = "exact"}); }},
       {"lists", [&](auto& s) { s.crossings(rays); }},

@@ -146,7 +146,8 @@ class Answers(Closable):
         small.
         """
         number = _number((rays, "rays"), (hits, "hits"), count)
-        return Times(*self._handle.trace_arrays(rays._handle, hits._handle, number, _query.options(options, "hits")[0]))
+        asked = _query.options(options, "hits")[0]
+        return Times(*self._handle.trace_there(rays._handle, number, {"hits": hits._handle}, asked, None))
 
     @documented
     def nearest(
@@ -207,7 +208,8 @@ class Answers(Closable):
         """
         number = _number((points, "points"), (answers, "answers"), count)
         asked = _query.options(options, "points")[0]
-        return Times(*self._handle.query_point_arrays(points._handle, answers._handle, number, asked))
+        name = {"distances": "signed_distances"}.get(answers.record, answers.record)
+        return Times(*self._handle.nearest_there(points._handle, number, {name: answers._handle}, asked, None))
 
     def within(
         self, points: Any, radius: Any, *, masks: Any = None, times: list[Times] | None = None, progress: Any = None

@@ -13,17 +13,24 @@ from ._device import Device, device_or_default
 from ._errors import Error
 
 _CPU, _CUDA = 1, 2
-_RECORDS = ("rays", "hits", "points", "nearest", "distances", "inside", "vertices")  # as the extension numbers them
-_WIDTHS = {"rays": 8, "hits": 4, "points": 4, "nearest": 8, "distances": 1, "inside": 1, "vertices": 3}
+#: of each record its number in the extension, the type of its numbers, and how many there are
+_RECORDS: dict[str, tuple[int, type, int]] = {
+    "rays": (0, np.float32, 8), "hits": (1, np.float32, 4), "points": (2, np.float32, 4),
+    "nearest": (3, np.float32, 8), "vertices": (6, np.float32, 3), "float32": (4, np.float32, 1),
+    "float32x2": (7, np.float32, 2), "float32x3": (6, np.float32, 3), "uint32": (5, np.uint32, 1),
+    "uint8": (8, np.uint8, 1), "distances": (4, np.float32, 1), "inside": (5, np.uint32, 1),
+}  # fmt: skip
 
 
 class Array(Closable):
-    """An array on a device, for Scene.trace_arrays(), Scene.nearest_arrays() and Scene.set_vertices().
+    """An array on a device: questions or answers of Scene.trace(), trace_columns(), occluded() and nearest(), or
+    vertices of Scene.set_vertices().
 
     record    "rays": rows of 8 float32, as Scene.trace() takes them; "hits": rows of 4, t, prim (its bits), u, v;
               "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z, distance, prim (its bits),
-              u, v, nothing; "distances": float32 of shape (count,); "inside": uint32 of shape (count,), 1 inside;
-              "vertices": rows of 3, x, y, z
+              u, v, nothing; "vertices": rows of 3, x, y, z. As columns of answers have them: "float32", "uint32" and
+              "uint8" of shape (count,), "float32x2" (count, 2), "float32x3" (count, 3); "distances" is another name
+              of "float32", "inside" of "uint32"
     count     number of records, 1 to 2^32 - 1
     device    a Device; None: the default one
     exported  True: other interfaces can use the memory; raises Error if the device cannot export. None: if it can.
@@ -49,7 +56,8 @@ class Array(Closable):
         self._count = _query.integer(count, "count", 1, 2**32 - 1)
         self._exported = on.info.exports if exported is None else bool(exported)
         self._is_cpu = on.info.is_cpu
-        self._handle = _ballot.Array(on._handle, _RECORDS.index(record), self._count, self._exported)
+        self._device = on
+        self._handle = _ballot.Array(on._handle, _RECORDS[record][0], self._count, self._exported)
 
     @property
     def record(self) -> str:
@@ -59,13 +67,13 @@ class Array(Closable):
     @property
     def shape(self) -> tuple[int, ...]:
         """(count, numbers of a record), or (count,) where a record is one number."""
-        width = _WIDTHS[self._record]
+        width = _RECORDS[self._record][2]
         return (self._count, width) if width > 1 else (self._count,)
 
     @property
     def dtype(self) -> np.dtype:
-        """float32; of "inside" uint32."""
-        return np.dtype(np.uint32 if self._record == "inside" else np.float32)
+        """float32, uint32 or uint8."""
+        return np.dtype(_RECORDS[self._record][1])
 
     @property
     def exported(self) -> bool:
@@ -78,18 +86,19 @@ class Array(Closable):
     def write(self, records: Any, first: int = 0) -> None:
         """Copies records from the host to number `first` on. Rays have 8 numbers, of Scene.trace()'s types; points of 3
         numbers have no limit."""
-        width = _WIDTHS[self._record]
+        width = _RECORDS[self._record][2]
         if self._record == "rays":
             array = _arrays.as_rows(records)
         elif self._record == "hits" and getattr(records, "dtype", None) == HIT:
             array = records.view(np.float32).reshape(-1, 4)
         elif self._record == "points":
             array = _limited(_arrays.floats(records, "records", (3, 4)))
-        elif self._record == "inside":
-            array = _flags(records)
         else:
-            array = records if width > 1 else np.asarray(records)[..., np.newaxis]
-        rows = _arrays.contiguous(_arrays.floats(array, "records", (width,)).reshape(-1, width))
+            array = records if width > 1 or self.dtype.kind == "u" else np.asarray(records)[..., np.newaxis]
+        if self.dtype.kind == "u":
+            rows = _whole(array, self.dtype)
+        else:
+            rows = _arrays.contiguous(_arrays.floats(array, "records", (width,)).reshape(-1, width))
         self._handle.write(rows, _query.integer(first, "first", 0, 2**32))
 
     def read(self, out: Any = None, first: int = 0, count: int | None = None) -> np.ndarray:
@@ -103,8 +112,7 @@ class Array(Closable):
         number = _query.integer(count, "count", 0, self._count - begin)
         dtype, shape = (HIT, (number,)) if self._record == "hits" else (self.dtype, (number, *self.shape[1:]))
         array = _arrays.out_array(out, shape, dtype)
-        width = _WIDTHS[self._record]
-        self._handle.read(_arrays.flat(array).view(np.float32).reshape(number, width), begin)
+        self._handle.read(_arrays.flat(array).reshape(number, _RECORDS[self._record][2]), begin)
         return array
 
     def numpy(self) -> np.ndarray:
@@ -159,14 +167,17 @@ class Array(Closable):
         return f"<ballot.Array of {self._count} {self._record}{state}>"
 
 
-def _flags(given: Any) -> np.ndarray:
-    """Returns integers or booleans (n,) as the bits of floats (n, 1)."""
+def _whole(given: Any, dtype: np.dtype) -> np.ndarray:
+    """Returns integers or booleans (n,) as (n, 1) of a type."""
     array = _arrays.as_numpy(given, "records")
     if isinstance(given, (list, tuple)):
         array = np.asarray(given)  # numbers that somebody typed
     if array.dtype.kind not in "iub" or array.ndim != 1:
         raise ValueError(f"records: shape is {array.shape}, dtype {array.dtype}; expected (n,) integers or bool")
-    return _arrays.contiguous(array, np.uint32).reshape(-1, 1).view(np.float32)
+    most = int(np.iinfo(dtype).max)
+    if array.size and not 0 <= int(array.min()) <= int(array.max()) <= most:
+        raise ValueError(f"records: found {array.min()} to {array.max()}; expected 0 to {most}")
+    return _arrays.contiguous(array, dtype).reshape(-1, 1)
 
 
 def _limited(points: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-// Questions in Python, over arrays in the host's memory: answered at once or in the background.
+// Questions in Python, over arrays of the host or the device: answered at once or in the background.
 #include <chrono>
 #include <thread>
 
@@ -136,19 +136,32 @@ Objects wait(const JobObject& self) {
   return tuple_of(&times, door::kTimesRows);
 }
 
-Objects trace_arrays(const SceneObject& self, const ArrayObject& rays, const ArrayObject& hits, std::uint64_t count,
-                     const ObjectDict& options) {
-  return answered(self, nb::none(), query_of(options), false,
-                  [=, from = rays.use(), to = hits.use()](auto* scene, auto* asked, auto* times) {
-                    return ballot_trace_buffers(scene, from->get(), to->get(), count, asked, times);
-                  });
-}
+/// Columns of answers that go to arrays on the device, by their names. Keeps the arrays.
+struct Outputs {
+  explicit Outputs(const ObjectDict& columns) {
+    for (const auto [name, array] : columns) {
+      names.push_back(nb::cast<std::string>(name));
+      arrays.push_back(nb::cast<const ArrayObject&>(array).use());
+    }
+  }
+  std::vector<BallotOutput> c() const {
+    std::vector<BallotOutput> all;
+    for (std::size_t i = 0; i < names.size(); ++i) all.push_back({names[i].c_str(), arrays[i]->get()});
+    return all;
+  }
+  std::vector<std::string> names;
+  std::vector<std::shared_ptr<Buffer>> arrays;
+};
 
-Objects query_point_arrays(const SceneObject& self, const ArrayObject& points, const ArrayObject& answers,
-                           std::uint64_t count, const ObjectDict& options) {
-  return answered(self, nb::none(), query_of(options), false,
-                  [=, from = points.use(), to = answers.use()](auto* scene, auto* asked, auto* times) {
-                    return ballot_query_point_buffers(scene, from->get(), to->get(), count, asked, times);
+/// Answers the first `count` questions of an array on the device by ask(scene, array, count, outputs, their number,
+/// query, times).
+template <auto kAsk>
+Objects answered_there(const SceneObject& self, const ArrayObject& asked, std::uint64_t count,
+                       const ObjectDict& columns, const ObjectDict& options, nb::object progress) {
+  return answered(self, std::move(progress), query_of(options), false,
+                  [=, from = asked.use(), to = Outputs(columns)](auto* scene, auto* query, auto* times) {
+                    const std::vector<BallotOutput> outputs = to.c();
+                    return kAsk(scene, from->get(), count, outputs.data(), outputs.size(), query, times);
                   });
 }
 
@@ -164,8 +177,10 @@ void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene) {
       .def("list", &list, nb::arg("source"), nb::arg("near"), nb::arg("lists"), nb::arg("counts").noconvert(),
            nb::arg("options"), progress)
       .def("submit", &submit, nb::arg("source"), nb::arg("columns"), nb::arg("options"), nb::arg("arrays"))
-      .def("trace_arrays", &trace_arrays)
-      .def("query_point_arrays", &query_point_arrays);
+      .def("trace_there", &answered_there<ballot_trace_buffers>, nb::arg("rays"), nb::arg("count"), nb::arg("columns"),
+           nb::arg("options"), progress)
+      .def("nearest_there", &answered_there<ballot_query_point_buffers>, nb::arg("points"), nb::arg("count"),
+           nb::arg("columns"), nb::arg("options"), progress);
 }
 
 }  // namespace ballot::python

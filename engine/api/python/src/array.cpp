@@ -5,8 +5,8 @@ namespace ballot::python {
 
 namespace {
 
-using Rows = nb::ndarray<float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using ConstRows = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Rows = nb::ndarray<nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using ConstRows = nb::ndarray<nb::ro, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void make_array(ArrayObject* self, const DeviceObject& device, int record, std::uint64_t count, bool exported) {
   auto buffer = watched(device.use(), nb::none(), [=](const Device& d, Watch&) {
@@ -20,6 +20,7 @@ void make_array(ArrayObject* self, const DeviceObject& device, int record, std::
 
 template <class Array>
 void check_width(const ArrayObject& self, const Array& array) {
+  if (array.dtype() != self.type()) throw nb::type_error("records: the array has another dtype");
   if (array.shape(1) != self.width())
     throw Error(BALLOT_ERROR_ARGUMENT, "rows of " + std::to_string(array.shape(1)) +
                                            " numbers; the array has rows of " + std::to_string(self.width()));
@@ -54,8 +55,7 @@ nb::capsule keeper(const ArrayObject& self) {
 template <class Framework, class Device>
 nb::object view_of(const ArrayObject& self, void* data, int device) {
   const auto shape = self.shape();
-  const nb::dlpack::dtype type = self.is_integer() ? nb::dtype<std::uint32_t>() : nb::dtype<float>();
-  return nb::cast(nb::ndarray<Framework, Device>(data, shape.size(), shape.data(), keeper(self), nullptr, type,
+  return nb::cast(nb::ndarray<Framework, Device>(data, shape.size(), shape.data(), keeper(self), nullptr, self.type(),
                                                  Device::value, device));
 }
 

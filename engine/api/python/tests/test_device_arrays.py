@@ -97,7 +97,7 @@ class Arrays(unittest.TestCase):
         open_cube = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[1:])
         for error, text, call in (
             (ValueError, "other records", lambda: cube.nearest_arrays(answers["inside"], answers["nearest"])),
-            (ValueError, "other records", lambda: cube.nearest_arrays(given, given)),
+            (ValueError, "is what is asked", lambda: cube.nearest_arrays(given, given)),
             (ValueError, "400 records; expected 401", lambda: cube.nearest_arrays(given, answers["inside"], 401)),
             (ValueError, "3 of its 18 edges", lambda: open_cube.nearest_arrays(given, answers["inside"])),
             (ValueError, "sign is 'side'", lambda: cube.nearest_arrays(given, answers["inside"], sign="side")),
@@ -146,7 +146,7 @@ class Arrays(unittest.TestCase):
             (ballot.Error, "MiB", lambda: ballot.Array("rays", 2**32 - 1)),
             (TypeError, "rays: found ndarray", lambda: self.scene.trace_arrays(self.rays, hits)),
             (ValueError, "other records", lambda: self.scene.trace_arrays(hits, hits)),
-            (ValueError, "other records", lambda: self.scene.trace_arrays(rays, rays)),
+            (ValueError, "is what is asked", lambda: self.scene.trace_arrays(rays, rays)),
             (ValueError, "another device", lambda: self.scene.trace_arrays(rays, foreign)),
             (ValueError, "500 records; expected 501", lambda: self.scene.trace_arrays(rays, hits, 501)),
             (ValueError, "count is -1", lambda: self.scene.trace_arrays(rays, hits, -1)),

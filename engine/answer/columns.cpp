@@ -1,0 +1,171 @@
+#include "engine/answer/columns.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "engine/tree/host/forest.h"
+
+namespace ballot {
+
+namespace {
+
+constexpr std::uint32_t kMost = 1u << 22;  // records of a dispatch, a multiple of 4
+
+constexpr std::uint32_t bit(std::uint32_t column) { return 1u << column; }
+constexpr std::uint32_t kOfTable = bit(COLUMN_PRIMS) | bit(COLUMN_IDS) | bit(COLUMN_INSTANCES);
+constexpr std::uint32_t kOfSides = bit(COLUMN_FLAGS) | bit(COLUMN_FLAG_WORDS) | bit(COLUMN_SIGNED);
+
+/// The configuration of a kernel.
+struct Config {
+  std::uint32_t columns = 0;  // bits
+  bool points = false, parity = false, ranges = false, moved = false;
+};
+
+KernelSource source_of(const Config& c) {
+  KernelSource source{.file = "query/columns.comp",
+                      .defines = {{"BALLOT_COLUMNS", int(c.columns)},
+                                  {"BALLOT_POINTS", c.points},
+                                  {"BALLOT_PARITY", c.parity && c.columns & kOfSides},
+                                  {"BALLOT_RANGES", c.ranges && c.columns & bit(COLUMN_IDS)},
+                                  {"BALLOT_MOVED", c.moved && c.columns & bit(COLUMN_NORMALS)}},
+                      .group_size = COLUMNS_GROUP};
+  source.name = "query.columns";
+  for (const auto& [define, value] : source.defines) source.name += fmt::format(" {}={}", define, value);
+  return source;
+}
+
+std::uint32_t bits_of(const ColumnBuffers& to) {
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < COLUMNS; ++i) bits |= to[i] ? bit(i) : 0;
+  return bits;
+}
+
+/// Returns the words of BIND_CORNER_TABLE; `first_of`: of each mesh, its first triangle among the corners.
+std::vector<std::uint32_t> corner_words(const Forest& forest, const std::vector<std::uint32_t>& first_of) {
+  std::vector<std::uint32_t> words(CORNER_WORDS * forest.size());
+  for (std::size_t i = 0; i < forest.size(); ++i) {
+    words[i] = forest.first_of(i);
+    std::uint32_t* to = &words[forest.size() + (CORNER_WORDS - 1) * i];
+    *to++ = first_of[forest.mesh_of(i)];
+    for (const auto& row : forest.transforms()[i].m)
+      for (const float x : row) *to++ = std::bit_cast<std::uint32_t>(x);
+  }
+  return words;
+}
+
+/// Returns the first triangle of each mesh among those of all.
+std::vector<std::uint32_t> firsts_of(const Forest& forest) {
+  std::vector<std::uint32_t> firsts;
+  std::uint32_t first = 0;
+  for (const MeshTree& mesh : forest.meshes()) {
+    firsts.push_back(first);
+    first += std::uint32_t(mesh.triangles.size());
+  }
+  firsts.push_back(first);
+  return firsts;
+}
+
+}  // namespace
+
+/// Gathers the triangles of all trees of a forest.
+void ColumnWriter::gather(DeviceTree& tree) {
+  const std::vector<std::uint32_t> firsts = firsts_of(*tree.forest());
+  if (!corners_.own || corners_.own->size() != firsts.back()) {
+    corners_.own.reset();
+    corners_.own.emplace(gpu_, firsts.back(), Access::Storage, "corners of triangles");
+  }
+  std::vector<Triangle> here;  // of meshes side by side that the host has
+  const auto send = [&](std::size_t mesh) {
+    if (!here.empty()) corners_.own->upload(here, firsts[mesh] - here.size());
+    here.clear();
+  };
+  for (std::size_t m = 0; m + 1 < firsts.size(); ++m) {
+    if (const auto& built = tree.built(m)) {
+      send(m);
+      corners_.own->copy_from(built->triangles(), 0, firsts[m], built->triangles().size());
+    } else {
+      const std::span<const Triangle> triangles = tree.triangles(m);
+      here.insert(here.end(), triangles.begin(), triangles.end());
+    }
+  }
+  send(firsts.size() - 1);
+}
+
+const RawBuffer& ColumnWriter::corners_of(DeviceTree& tree) {
+  if (!tree.forest() && tree.built()) return tree.built()->triangles();
+  const std::uint64_t state = tree.forest() ? tree.forest()->exchanges() : tree.generation();
+  if (corners_.own && corners_.state == state) return *corners_.own;
+  if (tree.forest()) {
+    gather(tree);
+  } else {
+    const std::span<const Triangle> triangles = tree.triangles();
+    if (!corners_.own || corners_.own->size() != triangles.size()) {
+      corners_.own.reset();
+      corners_.own.emplace(gpu_, triangles.size(), Access::Storage, "corners of triangles");
+    }
+    corners_.own->upload(triangles);
+  }
+  corners_.state = state;
+  return *corners_.own;
+}
+
+const RawBuffer& ColumnWriter::corner_table_of(const DeviceTree& tree) {
+  if (corners_.table && corners_.generation == tree.generation()) return *corners_.table;
+  const std::vector<std::uint32_t> words = corner_words(*tree.forest(), firsts_of(*tree.forest()));
+  if (!corners_.table || corners_.table->size() != words.size()) {
+    corners_.table.reset();
+    corners_.table.emplace(gpu_, words.size(), Access::Storage, "instances of corners");
+  }
+  corners_.table->upload(words);
+  corners_.generation = tree.generation();
+  return *corners_.table;
+}
+
+void ColumnWriter::bind(Kernel& kernel, DeviceTree& tree, const ColumnRecords& from, const ColumnBuffers& to) {
+  if (kernel.wants(BIND_HITS)) kernel.bind(BIND_HITS, from.found);
+  for (std::uint32_t i = 0; i < COLUMNS; ++i)
+    if (to[i]) kernel.bind(BIND_COLUMNS + i, *to[i]);
+  if (kernel.wants(BIND_CROSSINGS)) kernel.bind(BIND_CROSSINGS, *from.inside);
+  if (kernel.wants(BIND_CORNERS)) kernel.bind(BIND_CORNERS, corners_of(tree));
+  if (kernel.wants(BIND_CORNER_TABLE)) kernel.bind(BIND_CORNER_TABLE, corner_table_of(tree));
+  if (!kernel.wants(BIND_PRIM_TABLE)) return;
+  if (!table_there_) {
+    table_there_.emplace(gpu_, table_.words.size(), Access::Storage, "meshes and instances of triangles");
+    table_there_->upload(table_.words);
+  }
+  kernel.bind(BIND_PRIM_TABLE, *table_there_);
+}
+
+void ColumnWriter::record(DeviceTree& tree, const ColumnRecords& from, const ColumnBuffers& to,
+                          const Context::Done& done) {
+  const KernelSource source =
+      source_of({bits_of(to), from.points, from.inside != nullptr, table_.ranges != 0, tree.forest() != nullptr});
+  std::unique_ptr<Kernel>& kernel = kernels_[source.name];
+  if (refresh(gpu_, kernel, source)) gpu_.save_pipeline_cache();
+  bind(*kernel, tree, from, to);
+  const std::uint64_t most =
+      std::min<std::uint64_t>(kMost, std::uint64_t(gpu_.info().max_group_count_x) * COLUMNS_GROUP);
+  const auto instances = std::uint32_t(tree.forest() ? tree.forest()->size() : 0);
+  for (std::uint64_t first = 0; first < from.count; first += most) {
+    const auto some = std::uint32_t(std::min<std::uint64_t>(most, from.count - first));
+    const ColumnsPush push{
+        some, std::uint32_t(first), std::uint32_t(from.to + first), table_.placements, table_.ranges, instances};
+    gpu_.pass(
+        kernel->name(), [&](Commands& cmd) { kernel->dispatch(cmd, groups_of(some, COLUMNS_GROUP), push); }, done);
+  }
+}
+
+std::vector<KernelSource> column_sources() {
+  constexpr std::uint32_t kOfHits = bit(COLUMN_POINTS) - 1, kOfPoints = (bit(COLUMNS) - 1) & ~bit(COLUMN_INSTANCES);
+  std::vector<KernelSource> sources;
+  for (const bool points : {false, true})
+    for (const bool other : {false, true}) {
+      const std::uint32_t all = points ? kOfPoints : kOfHits;
+      sources.push_back(source_of({all, points, points && other, other, other}));
+      for (std::uint32_t i = 0; i < COLUMNS; ++i)
+        if (all >> i & 1) sources.push_back(source_of({bit(i), points, points && other, other, other}));
+    }
+  return sources;
+}
+
+}  // namespace ballot
