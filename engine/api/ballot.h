@@ -119,6 +119,11 @@ class Scene {
     check(ballot_scene_set_transforms(handle_.get(), nullptr, transforms.data(), detail::matrices(transforms, stride),
                                       stride));
   }
+  /// The same by the first records of an array on the device, which commit() reads there where the tree over the
+  /// instances is: keep what it holds until then. ballot_scene_set_transform_buffer() tells when that is.
+  void set_transforms(const Array<Matrix>& transforms) {
+    check(ballot_scene_set_transform_buffer(handle_.get(), transforms.handle()));
+  }
   /// Moves the instances that are named, a matrix for each.
   void set_transforms(std::span<const std::uint32_t> instances, std::span<const float> transforms,
                       std::size_t stride = 0) {

@@ -193,7 +193,8 @@ typedef enum BallotRecord {
   BALLOT_RECORD_UINT32 = 5,    /* uint32_t */
   BALLOT_RECORD_FLOAT32X3 = 6, /* 3 float, as BallotVertex: ballot_scene_set_vertex_buffer() */
   BALLOT_RECORD_FLOAT32X2 = 7, /* 2 float */
-  BALLOT_RECORD_UINT8 = 8      /* uint8_t */
+  BALLOT_RECORD_UINT8 = 8,     /* uint8_t */
+  BALLOT_RECORD_FLOAT32X12 = 9 /* 12 float, a 3 x 4 matrix row by row: ballot_scene_set_transform_buffer() */
 } BallotRecord;
 
 /* A vertex on the device, 12 bytes. */
@@ -208,6 +209,13 @@ typedef struct BallotVertex {
  * wait for your own stream. The array may be destroyed before. A vertex that is not finite or beyond 1e12 makes the
  * commit fail, and is named. */
 BALLOT_API BallotStatus ballot_scene_set_vertex_buffer(BallotScene* scene, uint32_t mesh, BallotBuffer* vertices);
+
+/* Moves all instances as ballot_scene_set_transforms() does, in the order of their numbers, by the first records of an
+ * array of matrices on the scene's device. On a GPU ballot_scene_commit() reads them there, if the scene has 1024
+ * instances or more, of which none lies in one tree with others; else the host reads them. It sees them later if exact
+ * mode, closest points, pictures or edits ask for them. The array is kept as by ballot_scene_set_vertex_buffer().
+ * Beside it no meshes or instances come, go, move otherwise or get masks: that is refused until the commit. */
+BALLOT_API BallotStatus ballot_scene_set_transform_buffer(BallotScene* scene, BallotBuffer* transforms);
 
 /* How an array on a device is made. */
 typedef struct BallotBufferOptions {

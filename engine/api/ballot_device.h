@@ -65,8 +65,8 @@ class Job {
   detail::Handle<BallotJob, ballot_job_destroy> handle_;
 };
 
-/// An array on a device: of Ray, Hit, Point, NearestPoint or Vertex, or of numbers, as columns of answers have them:
-/// float, std::array<float, 2>, std::array<float, 3>, std::uint32_t or std::uint8_t.
+/// An array on a device: of Ray, Hit, Point, NearestPoint, Vertex or Matrix, or of numbers, as columns of answers have
+/// them: float, std::array<float, 2>, std::array<float, 3>, std::uint32_t or std::uint8_t.
 template <class T>
 class Array {
  public:

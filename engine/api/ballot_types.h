@@ -39,6 +39,7 @@ using SceneInfo = BallotSceneInfo;          ///< what a scene holds, and its tre
 using SceneOptions = BallotSceneOptions;    ///< how a scene is made
 using Times = BallotTimes;                  ///< what a call took
 using Vertex = BallotVertex;                ///< a vertex on the device, 12 bytes
+using Matrix = std::array<float, 12>;       ///< a 3 x 4 matrix on the device, row by row
 using View = BallotView;                    ///< a camera, as in glTF
 using Code = BallotStatus;                  ///< the kind of a failure, as BALLOT_ERROR_ARGUMENT
 /// The number of no triangle, mesh or instance.

@@ -174,6 +174,8 @@ struct RecordOf<std::array<float, 3>> : std::integral_constant<BallotRecord, BAL
 template <>
 struct RecordOf<Vertex> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X3> {};
 template <>
+struct RecordOf<Matrix> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X12> {};
+template <>
 struct RecordOf<std::uint32_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_UINT32> {};
 template <>
 struct RecordOf<std::uint8_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_UINT8> {};

@@ -30,6 +30,8 @@ void make_records(BufferState& to, BallotRecord record, std::uint64_t count, bal
       return make(std::type_identity<glm::vec2>(), "pairs of the caller");
     case BALLOT_RECORD_UINT8:
       return make(std::type_identity<std::uint8_t>(), "bytes of the caller");
+    case BALLOT_RECORD_FLOAT32X12:
+      return make(std::type_identity<ballot::Transform>(), "matrices of the caller");
   }
   throw Refused(BALLOT_ERROR_ARGUMENT,
                 fmt::format("ballot_buffer_create: record is {}; expected one of BALLOT_RECORD_...", int(record)));

@@ -13,9 +13,11 @@ namespace {
 using MovingVertices = std::map<std::uint32_t, PendingEdits::Vertices>::node_type;
 
 /// Returns the edits of a scene, to which a call adds some. `needs_scene`: they look at the scene, which is brought up
-/// to date then.
-PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene = true) {
+/// to date then. `beside`: transforms on the device may be among them.
+PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene = true, bool beside = false) {
   refuse_animated(scene, call);
+  if (!beside && scene.pending && scene.pending->transforms_there)
+    refuse(fmt::format("{}: instances are to move by an array on the device; commit that before", call));
   const Scene& now = needs_scene ? scene.world->scene() : scene.world->scene_facts();
   if (!scene.pending) scene.pending = std::make_unique<PendingEdits>(now, scene.next);
   return *scene.pending;
@@ -65,7 +67,9 @@ void commit_moves(SceneState& scene, PendingEdits& edits) {
     m = {all.first[mesh], all.triangles_of(mesh), scene.meshes.at(number).indices, {}, mesh, number, v.there};
     if (!v.there) m.positions = dense.emplace_back(v.positions, v.stride, v.count).all;
   }
-  SceneChange change{.vertices = moved, .transforms = edits.edits.transforms()};
+  const bool there = edits.transforms_there && edits.edits.transforms().empty();
+  SceneChange change{.vertices = moved,
+                     .transforms = there ? MovedTransforms(edits.transforms_there) : edits.edits.transforms()};
   scene.world->commit(change, scene.update);
   for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
 }
@@ -92,6 +96,11 @@ void commit_structure(SceneState& scene, PendingEdits& edits) {
 /// Makes `edits` true, which were the scene's: they are gone, whatever follows.
 void commit(SceneState& scene, PendingEdits& edits) {
   separate_moved(scene, edits);
+  std::vector<ballot::Transform> read;
+  if (edits.transforms_there && (edits.edits.changes_instances() || !scene.world->reads_transforms_there())) {
+    read = read_transforms(*edits.transforms_there, edits.edits.placement_count());
+    edits.edits.set_transforms(read);
+  }
   if (edits.edits.changes_structure())
     commit_structure(scene, edits);
   else
@@ -162,7 +171,7 @@ BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const 
     if (count) need(positions, "ballot_scene_set_vertices", "positions");
     MovingVertices gone;
     const DeviceUse use(*state->device);
-    PendingEdits& edits = edits_of(*state, "moving vertices", false);
+    PendingEdits& edits = edits_of(*state, "moving vertices", false, true);
     const MeshState& m = mesh_of(*state, mesh);
     if (count != m.vertices)
       refuse(fmt::format("mesh {}: {} vertices, but the mesh was made with {}; replace the mesh by another", mesh,
@@ -178,7 +187,7 @@ BallotStatus ballot_scene_set_vertex_buffer(BallotScene* scene, uint32_t mesh, B
     const auto from = use(vertices);
     MovingVertices gone;
     const DeviceUse use(*state->device);
-    PendingEdits& edits = edits_of(*state, "moving vertices", false);
+    PendingEdits& edits = edits_of(*state, "moving vertices", false, true);
     const MeshState& m = mesh_of(*state, mesh);
     const std::string where = fmt::format("mesh {}", mesh);
     array_of<glm::vec3>(*from, *state, m.vertices, where.c_str(), "vertices");
@@ -237,6 +246,21 @@ BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* ins
     for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = at(i);
     edits.edits.set_transforms(gathered.empty() ? all : gathered);
     if (!gathered.empty()) edits.transforms = std::move(gathered);  // whose memory stays
+  });
+}
+
+BallotStatus ballot_scene_set_transform_buffer(BallotScene* scene, BallotBuffer* transforms) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    const auto from = use(transforms);
+    std::shared_ptr<const ballot::RawBuffer> gone;  // as MovingVertices
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "moving instances", false, true);
+    array_of<ballot::Transform>(*from, *state, edits.edits.placement_count(), "moving instances", "transforms");
+    if (edits.edits.changes_instances())
+      refuse(
+          "moving instances by an array on the device: other edits of meshes or instances are to be made; commit "
+          "those before");
+    gone = std::exchange(edits.transforms_there, {from, &from->raw()});
   });
 }
 

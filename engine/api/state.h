@@ -116,6 +116,8 @@ struct PendingEdits {
   std::map<std::uint32_t, MeshState> meshes;   // that are added, or have other triangles, by number
   std::map<std::uint32_t, Vertices> vertices;  // that move, by number
   std::vector<Transform> transforms;  // of all instances, if they do not lie side by side in the caller's memory
+  std::shared_ptr<const RawBuffer> transforms_there =
+      {};  // of all instances, on the device; with no other edits of them
 };
 
 /// The unit normals of the triangles of a scene without instances.
@@ -194,7 +196,7 @@ struct BufferState {
   std::shared_ptr<DeviceState> device;
   std::size_t records = 0, record_bytes = 0;
   std::variant<std::monostate, Buffer<Ray>, Buffer<Hit>, Buffer<ProbePoint>, Buffer<Nearest>, Buffer<float>,
-               Buffer<std::uint32_t>, Buffer<glm::vec3>, Buffer<glm::vec2>, Buffer<std::uint8_t>>
+               Buffer<std::uint32_t>, Buffer<glm::vec3>, Buffer<glm::vec2>, Buffer<std::uint8_t>, Buffer<Transform>>
       array;
   std::unique_ptr<CudaMemory> cuda;
   LastError error;

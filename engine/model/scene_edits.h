@@ -68,6 +68,8 @@ class SceneEdits {
   void check_placement(std::uint32_t placement) const;
   std::size_t placement_count() const;
 
+  /// Returns true if the edits are of anything but the vertices of meshes.
+  bool changes_instances() const { return opened_ || !some_.empty() || !all_.empty(); }
   /// Returns true if meshes or placements come or go, lie in other trees, or have other masks.
   bool changes_structure();
   /// Returns the structure that the edits make. Takes their triangles.

@@ -78,7 +78,7 @@ struct SceneTree;  // scene_tree.h
 struct SceneChange {
   std::optional<SceneStructure> structure = {};  // none: meshes and placements stay, and what follows moves them
   std::span<const MovedVertices> vertices = {};  // of meshes whose trees hold no others, or of a flat scene
-  MovedTransforms transforms = {};               // of all placements
+  MovedTransforms transforms = {};               // of all placements; on the device if reads_transforms_there()
 };
 
 struct DeviceSceneOptions {
@@ -172,6 +172,8 @@ class DeviceScene {
   /// numbered; Error(Work) if there is no room or the device fails. Ends the use of batches, films and the checker of
   /// before. The scene must not be animated.
   void commit(SceneChange& change, UpdateMode mode = UpdateMode::Auto);
+  /// Returns true if commit() takes transforms that lie on the device.
+  bool reads_transforms_there() const;
 
   /// Replaces the triangles by as many others, for example vertices that have moved, and returns those of before.
   /// Materials, normals, texture coordinates, lights and views stay. Traces after it find hits in the new ones. The

@@ -38,6 +38,12 @@ void check_there(const MovedVertices& mesh, const Context& gpu) {
 
 }  // namespace
 
+bool DeviceScene::reads_transforms_there() const {
+  if (!forest_ || !tracer_->tree().moves_on_device()) return false;
+  const SceneInstances& all = scene_.instances;  // those of one tree stand for one instance of it
+  return forest_->size() == all.placements.size() && std::ranges::none_of(all.mesh_labels, &MeshLabel::in_world);
+}
+
 void DeviceScene::commit(SceneChange& change, UpdateMode mode) {
   const Timer timer;
   for (const MovedVertices& mesh : change.vertices) check_there(mesh, *gpu_);

@@ -18,17 +18,17 @@ _RECORDS: dict[str, tuple[int, type, int]] = {
     "rays": (0, np.float32, 8), "hits": (1, np.float32, 4), "points": (2, np.float32, 4),
     "nearest": (3, np.float32, 8), "vertices": (6, np.float32, 3), "float32": (4, np.float32, 1),
     "float32x2": (7, np.float32, 2), "float32x3": (6, np.float32, 3), "uint32": (5, np.uint32, 1),
-    "uint8": (8, np.uint8, 1), "distances": (4, np.float32, 1), "inside": (5, np.uint32, 1),
+    "transforms": (9, np.float32, 12), "uint8": (8, np.uint8, 1), "distances": (4, np.float32, 1), "inside": (5, np.uint32, 1),
 }  # fmt: skip
 
 
 class Array(Closable):
     """An array on a device: questions or answers of Scene.trace(), trace_columns(), occluded() and nearest(), or
-    vertices of Scene.set_vertices().
+    vertices of Scene.set_vertices(), or matrices of Scene.set_transforms().
 
     record    "rays": rows of 8 float32, as Scene.trace() takes them; "hits": rows of 4, t, prim (its bits), u, v;
               "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z, distance, prim (its bits),
-              u, v, nothing; "vertices": rows of 3, x, y, z. As columns of answers have them: "float32", "uint32" and
+              u, v, nothing; "vertices": rows of 3, x, y, z; "transforms": rows of 12, a 3 x 4 matrix row by row. As columns of answers have them: "float32", "uint32" and
               "uint8" of shape (count,), "float32x2" (count, 2), "float32x3" (count, 3); "distances" is another name
               of "float32", "inside" of "uint32"
     count     number of records, 1 to 2^32 - 1

@@ -129,12 +129,21 @@ class Edits:
     def set_transforms(self, transforms: Any, instances: Any = None) -> None:
         """Moves instances.
 
-        transforms  (k, 3, 4) or (k, 4, 4) float32 or float64, a matrix for each; of one instance its matrix
+        transforms  (k, 3, 4) or (k, 4, 4) float32 or float64, a matrix for each; of one instance its matrix. For all
+                    also an Array of "transforms", which commit() reads on a GPU if there are 1024 or more; then no
+                    other edits but of vertices
         instances   their numbers; None: all, in the order of their numbers
 
         A mesh that lay in one tree with others gets its own. The trees of the meshes stay, the one over the instances
         moves. commit() raises ValueError if a matrix is refused.
         """
+        if isinstance(transforms, Array):
+            if instances is not None:
+                raise TypeError("instances: found beside an Array of transforms, which are of all; expected None")
+            self._handle.set_transform_array(transforms._handle)
+            self._edited = True
+            self._held["transforms"] = transforms
+            return
         which = None if instances is None else _mesh.numbers(instances, "instances")
         if instances is not None and np.ndim(instances) == 0:
             transforms = [transforms]

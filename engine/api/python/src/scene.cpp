@@ -150,6 +150,13 @@ void set_vertices(const SceneObject& self, std::uint32_t mesh, const nb::object&
   edit(self, [=, v = Vectors(vertices)](Scene& s) { return s.set_vertices(mesh, v.numbers, v.stride), true; });
 }
 
+void set_transform_array(const SceneObject& self, const ArrayObject& transforms) {
+  edit(self, [from = transforms.use()](Scene& s) {
+    check(ballot_scene_set_transform_buffer(s.handle(), from->get()));
+    return true;
+  });
+}
+
 void set_vertex_array(const SceneObject& self, std::uint32_t mesh, const ArrayObject& vertices) {
   edit(self, [=, from = vertices.use()](Scene& s) {
     check(ballot_scene_set_vertex_buffer(s.handle(), mesh, from->get()));
@@ -237,6 +244,7 @@ void bind_scenes(nb::module_& m) {
       .def("remove_mesh", &remove_mesh)
       .def("set_vertices", &set_vertices)
       .def("set_vertex_array", &set_vertex_array)
+      .def("set_transform_array", &set_transform_array)
       .def("add_instances", &add_instances)
       .def("remove_instances", &remove_instances)
       .def("set_transforms", &set_transforms, nb::arg(), nb::arg().none())

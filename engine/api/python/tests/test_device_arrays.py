@@ -37,6 +37,32 @@ class Arrays(unittest.TestCase):
         hits.write(self.hits[:3], first=497)
         np.testing.assert_array_equal(hits.read(first=497), self.hits[:3])
 
+    def test_transforms(self):
+        v, t = ref.soup(40)
+        first, then = np.zeros((2, 1200, 3, 4), np.float32)
+        first[:, [0, 1, 2], [0, 1, 2]] = 1
+        first[:, 0, 3] = np.arange(1200)
+        then[:] = first
+        then[:, 2, 3] = 7
+        here, there = (ballot.Scene(v, t, instances=first) for _ in range(2))
+        array = ballot.Array("transforms", 1200)
+        array.write(then.reshape(-1, 12))
+        np.testing.assert_array_equal(array.read().reshape(-1, 3, 4), then)
+        there.set_transforms(array)
+        there.commit()
+        here.set_transforms(then)
+        here.commit()
+        rays = ref.random_rays(500)
+        np.testing.assert_array_equal(here.trace(rays), there.trace(rays))
+        np.testing.assert_array_equal(there.instances[9].transform, then[9])
+        again = pickle.loads(pickle.dumps(there))
+        np.testing.assert_array_equal(here.trace(rays), again.trace(rays))
+        with self.assertRaisesRegex(TypeError, "expected None"):
+            there.set_transforms(array, [1])
+        there.set_transforms(array)
+        with self.assertRaisesRegex(ValueError, "commit that before"):
+            there.set_masks([1], [1])
+
     def test_vertices(self):
         """A commit from an array on the device gives the scene that one from the host gives, also pickled."""
         for size in (100, 70000):  # trees of the host, and perhaps of the device
