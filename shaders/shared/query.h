@@ -93,11 +93,12 @@
 #define COLUMN_SIGNED 9      // float: distances, negative inside
 #define COLUMNS 10
 
-// The words of BIND_PRIM_TABLE: for each placement its first triangle, of all; their numbers; their ids; and what is added
-// to the number of a triangle for the ranges, which follow if ids are theirs: their first triangles, then their ids.
+// The words of BIND_PRIM_TABLE: for each placement its first triangle, of all; their numbers; their ids; and what is
+// added to the number of a triangle for the ranges, which follow if ids are theirs: their first triangles, then their
+// ids.
 #define PLACEMENT_WORDS 4u
-// The words of BIND_CORNER_TABLE: for each instance its first triangle, of all; then for each where its tree's triangles
-// begin in BIND_CORNERS, and the rows of its matrix, with the translation.
+// The words of BIND_CORNER_TABLE: for each instance its first triangle, of all; then for each where its tree's
+// triangles begin in BIND_CORNERS, and the rows of its matrix, with the translation.
 #define CORNER_WORDS 14u
 
 // The number of crossings of a ray, or the answer of a point, that rounding may have decided.

@@ -11,9 +11,9 @@
 namespace ballot {
 
 /// Keeps a top-level tree on a device. A frame uploads transforms, 48 bytes an instance, unless they are there, and
-/// reads back what TopFacts holds. Records of instances have the bits of the host's; the tree is H-PLOC's (shaders/build/cluster.comp), whose
-/// shape differs from the host's. No hit depends on that. It takes 190 bytes an instance beside the tree. Belongs
-/// to the thread of its Context.
+/// reads back what TopFacts holds. Records of instances have the bits of the host's; the tree is H-PLOC's
+/// (shaders/build/cluster.comp), whose shape differs from the host's. No hit depends on that. It takes 190 bytes an
+/// instance beside the tree. Belongs to the thread of its Context.
 class TopBuilder {
  public:
   using Texels = Buffer<glm::uvec4>;

@@ -71,14 +71,16 @@ class Forest {
   std::uint64_t exchanges() const { return exchanges_; }
 
   /// Returns the share of each mesh in the time that random rays are expected to take in the trees below the top level:
-  /// its cost by the SAH times the area of its instances' moved boxes, as the host knew them last. Their sum is 1, or 0 if nothing can be hit.
+  /// its cost by the SAH times the area of its instances' moved boxes, as the host knew them last. Their sum is 1, or 0
+  /// if nothing can be hit.
   std::vector<double> walk_shares() const;
 
   /// Throws Error(Arguments) if there is not one transform for each instance.
   void check_count(std::span<const Transform> transforms) const;
 
   /// Tells that the instances were moved elsewhere (on a device), and a top-level tree over them with these facts.
-  /// The transforms are valid for move(); none: the instances stay. Instances and a tree are made here once somebody asks for them.
+  /// The transforms are valid for move(); none: the instances stay. Instances and a tree are made here once somebody
+  /// asks for them.
   void moved_elsewhere(std::span<const Transform> transforms, const TopFacts& top);
   /// The same, but the transforms are read once somebody asks for them: read(transforms) writes them.
   void moved_elsewhere(std::function<void(std::span<Transform>)> read, const TopFacts& top);
