@@ -16,23 +16,32 @@ class LaunchSize {
   static constexpr std::uint64_t kLeast = 1 << 10;    // rays
   static constexpr double kGrowth = 64;  // largest ratio of a launch to the last: later rays may be as much slower
 
+  LaunchSize() = default;
+  /// Of a kernel that may do any work for a ray: its launches begin with `least` rays, and may become as small.
+  explicit LaunchSize(std::uint64_t least) : least_(least), first_(least) {}
+
   /// Returns the most rays for a launch that should take at most `target_ms` on the device.
   std::uint64_t most(double target_ms) const {
-    if (rays_ == 0) return kFirst;
+    if (rays_ == 0) return first_;
     const double wanted = double(rays_) * std::min(target_ms / std::max(ms_, 1e-3), kGrowth);
-    const auto rays = std::uint64_t(std::clamp(wanted, double(kLeast), double(std::uint64_t{1} << 32)));
-    return rays > kAligned ? rays / kAligned * kAligned : rays / kLeast * kLeast;
+    const auto rays = std::uint64_t(std::clamp(wanted, double(least_), double(std::uint64_t{1} << 32)));
+    return rays > kAligned ? rays / kAligned * kAligned : rays / least_ * least_;
   }
   /// Notes that a launch of so many rays took so long on the device; 0 if their number is unknown.
   void add(std::uint64_t rays, double ms) {
-    if (rays == 0 || (rays < kTelling && ms < kTellingMs)) return;
+    if (rays == 0) return;
+    if (rays < kTelling && ms < kTellingMs) {
+      first_ = std::max(first_, std::min(kFirst, rays * std::uint64_t(kGrowth)));
+      return;
+    }
     rays_ = rays;
     ms_ = ms;
   }
   bool is_known() const { return rays_ > 0; }
 
  private:
-  static constexpr double kTellingMs = 5;  // a launch of few rays that takes this long tells, too
+  static constexpr double kTellingMs = 5;          // a launch of few rays that takes this long tells, too
+  std::uint64_t least_ = kLeast, first_ = kFirst;  // rays of a launch; of the first ones, that tell nothing
   std::uint64_t rays_ = 0;
   double ms_ = 0;
 };

@@ -40,6 +40,12 @@ KernelSource source_of(const std::string& name, const Variant& variant, const De
   return source;
 }
 
+void take_text(KernelSource& source, const OwnText& own) {
+  if (!own.text.empty()) source.text = own.text, source.name = own.name, source.robust = true;
+}
+
+constexpr std::uint64_t kFewOnCpu = 64;  // invocations of a user's text, which may take long
+
 const BuildSettings kWhole{.builder = BuilderId::Balanced};
 
 /// Returns true if some triangle lies in several leaves.
@@ -54,6 +60,13 @@ bool is_made_from(const KernelSource& a, const KernelSource& b) {
 KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
                           const Defines& defines, bool wide) {
   return source_of(name, variant_for(device, wide), device, tree, defines);
+}
+
+KernelSource own_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
+                        const Defines& defines, const OwnText& own) {
+  KernelSource source = source_of(name, variant_for(device, false, find_numeric(own.numeric)), device, tree, defines);
+  take_text(source, own);
+  return source;
 }
 
 std::vector<KernelSource> query_sources(const DeviceInfo& device) {
@@ -91,7 +104,8 @@ QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defin
       own_(std::move(own)),
       numeric_(find_numeric(own_.numeric)),
       config_(variant_for(gpu.info(), wide, numeric_, tree).config),
-      work_(gpu, 1, Access::Storage, "query work counter") {}
+      work_(gpu, 1, Access::Storage, "query work counter"),
+      size_(own_.text.empty() ? LaunchSize() : LaunchSize(gpu.info().is_cpu() ? kFewOnCpu : LaunchSize::kLeast)) {}
 
 std::uint32_t QueryKernel::most() const {
   return std::uint32_t(
@@ -102,7 +116,7 @@ void QueryKernel::prepare() {
   const Variant variant = variant_for(gpu_.info(), wide_, numeric_, tree_);
   KernelSource source_now = source_of(name_, variant, gpu_.info(), tree_.facts(), defines_);
   source_now.constants.insert(constants_.begin(), constants_.end());
-  if (!own_.text.empty()) source_now.text = own_.text, source_now.name = own_.name, source_now.robust = true;
+  take_text(source_now, own_);
   const bool fresh = refresh(gpu_, kernel_, source_now);
   if (!fresh && generation_ == tree_.generation()) return;
   // The kernel is compiled for facts of the tree: another depth needs another stack size.

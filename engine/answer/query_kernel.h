@@ -31,6 +31,10 @@ struct OwnText {
   std::string_view numeric = kDefaultNumeric;
 };
 
+/// Returns the source of a kernel with such a text, as if it were shaders/query/NAME.comp.
+KernelSource own_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
+                        const Defines& defines, const OwnText& own);
+
 /// A kernel with the arrays of a tree or a forest. One invocation answers one query. Belongs to the thread of its
 /// Context.
 class QueryKernel {
@@ -43,6 +47,9 @@ class QueryKernel {
   bool is_wide() const { return wide_; }
   /// Returns the way in which the kernel reads the tree.
   Fetch fetch() const { return config_.fetch; }
+
+  /// Returns the bytes of an element of each storage buffer that is one array, by binding. Call it after prepare().
+  const std::map<std::uint32_t, std::uint32_t>& element_bytes() const { return kernel_->element_bytes(); }
 
   /// Returns the largest number of queries of one dispatch.
   std::uint32_t most() const;

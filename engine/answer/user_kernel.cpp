@@ -14,17 +14,52 @@
 
 namespace ballot {
 
+namespace {
+
+const TreeFacts kFlat{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
+
+/// Notes what an element of each array takes, as the compiler tells.
+void take_sizes(const UserText& text, const std::map<std::uint32_t, std::uint32_t>& known,
+                std::vector<UserArray>& arrays) {
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    const auto found = known.find(BIND_USER_ARRAYS + std::uint32_t(i));
+    if (found == known.end())
+      fail(Failure::Arguments,
+           "kernel {}: {}: array '{}' is declared where nothing is compiled; take it out of its #if", text.name,
+           text.file, arrays[i].name);
+    arrays[i].bytes = found->second;
+  }
+}
+
+OwnText own_text(const UserText& text, const WholeText& whole) { return {whole.text, text.name, text.numeric}; }
+
+}  // namespace
+
+UserInputs inputs_of(Context& gpu, const UserText& text) {
+  WholeText whole = whole_text(text);
+  const KernelSource source = own_source("called", gpu.info(), kFlat, whole.defines, own_text(text, whole));
+  Reflection reflection;
+  try {
+    reflection = reflect(compiled(gpu, source).words, source.name);
+  } catch (const Error& error) {
+    throw Error(Failure::Arguments, error.what());  // it is the text that the compiler refuses
+  }
+  take_sizes(text, reflection.element_bytes, whole.arrays);
+  return {std::move(whole.arrays), std::move(whole.numbers)};
+}
+
 struct UserKernel::Parts {
   Parts(Context& device, DeviceTree& tree, UserText user)
       : gpu(device), scene(tree), text(std::move(user)), whole(whole_text(text)), once(device, tree) {
     std::size_t bytes = 0;
-    for (const UserNumber& n : text.numbers) {
+    for (const UserNumber& n : whole.numbers) {
       offsets.push_back(bytes);
-      bytes += bytes_of_type(n.type);
+      bytes += n.bytes;
     }
     values.resize(bytes);
-    bound.resize(text.arrays.size());
+    bound.resize(whole.arrays.size());
     prepare();
+    take_sizes(text, kernel->element_bytes(), whole.arrays);
   }
 
   /// Counting, and showing each hit once, takes a tree that has each triangle once. Shapes take one whose boxes hold
@@ -35,9 +70,7 @@ struct UserKernel::Parts {
   void prepare() {
     if (wants_each_once() && once.update()) kernel.reset();
     DeviceTree& tree = this->tree();
-    if (!kernel)
-      kernel.emplace(gpu, tree, "called", whole.defines, false, SpecConstants(),
-                     OwnText{whole.text, text.name, text.numeric});
+    if (!kernel) kernel.emplace(gpu, tree, "called", whole.defines, false, SpecConstants(), own_text(text, whole));
     kernel->prepare();
     if (!whole.calls.closest || !tree.forest()) return;
     instances.update(gpu, tree, kernel->fetch());
@@ -51,7 +84,7 @@ struct UserKernel::Parts {
     for (std::size_t i = 0; i < bound.size(); ++i) {
       if (!bound[i])
         fail(Failure::Arguments, "kernel {}: array '{}' is not bound; give it a buffer before the kernel runs",
-             text.name, text.arrays[i].name);
+             text.name, whole.arrays[i].name);
       kernel->bind(BIND_USER_ARRAYS + std::uint32_t(i), *bound[i]);
     }
     if (values.empty()) return *kernel;
@@ -80,10 +113,10 @@ UserKernel::~UserKernel() = default;
 UserKernel::UserKernel(UserKernel&& other) noexcept = default;
 
 void UserKernel::bind(std::string_view array, const BufferPart& part) {
-  const std::vector<UserArray>& arrays = parts_->text.arrays;
+  const std::vector<UserArray>& arrays = parts_->whole.arrays;
   const UserArray& found = find_named(arrays, array, fmt::format("array of kernel {}", parts_->text.name));
   constexpr std::uint64_t kLeast = 16;  // bytes of the smallest buffer
-  const std::uint64_t size = bytes_of_type(found.type), whole = part.bytes / size * size;
+  const std::uint64_t size = found.bytes, whole = part.bytes / size * size;
   if (whole == 0 || (whole != part.bytes && part.bytes > kLeast))
     fail(Failure::Arguments, "kernel {}: array '{}' is of {} with {} bytes each; found {} bytes", parts_->text.name,
          array, found.type, size, part.bytes);
@@ -91,11 +124,11 @@ void UserKernel::bind(std::string_view array, const BufferPart& part) {
 }
 
 void UserKernel::set(std::string_view number, std::span<const std::byte> value) {
-  const std::vector<UserNumber>& numbers = parts_->text.numbers;
+  const std::vector<UserNumber>& numbers = parts_->whole.numbers;
   const UserNumber& found = find_named(numbers, number, fmt::format("number of kernel {}", parts_->text.name));
-  if (value.size() != bytes_of_type(found.type))
+  if (value.size() != found.bytes)
     fail(Failure::Arguments, "kernel {}: number '{}' is of {} with {} bytes; found {} bytes", parts_->text.name, number,
-         found.type, bytes_of_type(found.type), value.size());
+         found.type, found.bytes, value.size());
   std::ranges::copy(value,
                     parts_->values.begin() + std::ptrdiff_t(parts_->offsets[std::size_t(&found - numbers.data())]));
 }
@@ -162,27 +195,25 @@ std::vector<KernelSource> user_sources(const DeviceInfo& device) {
       {"any", "sums[index] = float(any(rays[index]));"},
       {"count", "sums[index] = float(count(rays[index]));"},
       {"closest", "sums[index] = closest(rays[index].origin).distance;"}};
-  const TreeFacts near{.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES};
-  TreeFacts far = near, instances = near;
+  TreeFacts far = kFlat, instances = kFlat;
   far.far = true;
   instances.top_depth = 24;
   std::vector<KernelSource> sources;
-  for (const TreeFacts& tree : {near, far, instances})
+  for (const TreeFacts& tree : {kFlat, far, instances})
     for (const bool accepts : {false, true})
       for (std::uint32_t set = 1; set < 1u << std::size(kCalls); ++set) {
-        UserText user{.arrays = {{"rays", "Ray"}, {"sums", "float", true}}, .numbers = {{"radius"}}};
+        UserText user{.text =
+                          "readonly buffer Rays { Ray rays[]; };\nbuffer Sums { float sums[]; };\n"
+                          "uniform float radius;\n"};
         std::string body, names;
         for (std::size_t i = 0; i < std::size(kCalls); ++i)
           if (set >> i & 1) body += kCalls[i].second, names += fmt::format(" {}", kCalls[i].first);
-        user.text = accepts ? "bool accept(Hit hit) { return hit.t > radius; }\n" : "";
+        if (accepts) user.text += "bool accept(Hit hit) { return hit.t > radius; }\n";
         user.text += "void main(uint index) { " + body + " }";
-        WholeText whole = whole_text(user);
-        KernelSource source = query_source("called", device, tree, whole.defines);
-        source.name = fmt::format("user{}{}{}{}", names, accepts ? " accept" : "", tree.far ? " far=1" : "",
-                                  tree.top_depth ? " instances=1" : "");
-        source.text = std::move(whole.text);
-        source.robust = true;
-        sources.push_back(std::move(source));
+        const WholeText whole = whole_text(user);
+        const std::string name = fmt::format("user{}{}{}{}", names, accepts ? " accept" : "", tree.far ? " far=1" : "",
+                                             tree.top_depth ? " instances=1" : "");
+        sources.push_back(own_source("called", device, tree, whole.defines, {whole.text, name}));
       }
   return sources;
 }

@@ -16,36 +16,45 @@
 
 namespace ballot {
 
-/// An array of a user's kernel: `type name[]` in its text. The type is float, int or uint, a vector of 2 to 4 of them
-/// (vec3, ivec2, uvec4), or Ray, Hit or Nearest, in scalar layout: vec3 takes 12 bytes.
+/// An array that a kernel's text declares, as `buffer NAME { TYPE name[]; };`. The type is float, int or uint, a vector
+/// of 2 to 4 of them, Ray, Hit or Nearest, or a struct of the text, in scalar layout: vec3 takes 12 bytes.
 struct UserArray {
-  std::string name;
-  std::string type = "float";
-  bool written = false;  // false: the text cannot write it
+  std::string name, type;
+  bool written = false;     // false: it is declared as readonly
+  std::uint32_t bytes = 0;  // of an element
 };
 
-/// A number of a user's kernel, the same in all its invocations: `type name` in its text. The type is as for arrays,
-/// but no record.
+/// A number, the same in all invocations, that a text declares, as `uniform TYPE name;`: float, int, uint or a vector of
+/// them.
 struct UserNumber {
-  std::string name;
-  std::string type = "float";
+  std::string name, type;
+  std::uint32_t bytes = 0;
+};
+
+/// What a text declares, in its order.
+struct UserInputs {
+  std::vector<UserArray> arrays;
+  std::vector<UserNumber> numbers;
 };
 
 /// The text of a kernel, and what it is about.
 struct UserText {
   std::string name = "kernel";  // in messages
   /// GLSL (version 460, for Vulkan) with `void main(uint index)`, which is called once for each index. It may have
-  /// functions, constants, variables of an invocation, structs and macros of its own, whatever their names, but for
-  /// those of shaders/lib/called/scene.glsl, whose calls it may make, and names that begin with `ballot_`. It has no
-  /// #include, #version or buffers of its own, and no barrier(), as some invocations have no index.
+  /// arrays and numbers, functions, constants, variables of an invocation, structs and macros of its own, whatever
+  /// their names, but for those of shaders/lib/called/scene.glsl, whose calls it may make, and names that begin with
+  /// `ballot_`. It has no #include, #version or layout(), no arrays in an #if, and no barrier(), as some invocations
+  /// have no index.
   std::string text = {};
   std::string file = "kernel.glsl";  // in messages of the compiler, which count lines from first_line on
   std::uint32_t first_line = 1;
-  std::vector<UserArray> arrays = {};
-  std::vector<UserNumber> numbers = {};
   /// The numeric mode of nearest() and any(): watertight, plain or fast. Other calls, and shapes, take watertight.
   std::string numeric = "watertight";
 };
+
+/// Returns what a text declares. Compiles it for a flat scene: throws Error(Arguments) for wrong names and types, for a
+/// text without `void main(uint index)`, and with the compiler's message, which names the user's file and line.
+UserInputs inputs_of(Context& gpu, const UserText& text);
 
 /// A user's kernel over a scene. Its calls of the scene have the bits of the answers that Tracer, by method
 /// while-while, RayQueries and PointQueries give; in mode watertight all methods have the same bits. Each call is a
@@ -61,9 +70,8 @@ struct UserText {
 /// a screen are reset after seconds (DeviceLost); other GPUs and CPU devices go on for ever.
 class UserKernel {
  public:
-  /// Keeps references to gpu and scene. Throws Error(Arguments) for wrong names and types and for a text without
-  /// `void main(uint index)`; Error(Work) with the compiler's message, which names the user's file and line, if the
-  /// text does not compile; and if the device has too few bindings for its arrays.
+  /// Keeps references to gpu and scene. Throws as inputs_of() does; Error(Work) if the device has too few bindings for
+  /// the text's arrays.
   UserKernel(Context& gpu, DeviceTree& scene, UserText text);
   ~UserKernel();
   UserKernel(UserKernel&& other) noexcept;

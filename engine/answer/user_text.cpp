@@ -34,6 +34,14 @@ bool is_name(std::string_view word) {
   return !word.empty() && is_letter(word[0]) && !std::isdigit(static_cast<unsigned char>(word[0]));
 }
 
+/// Returns the bytes of a type of numbers, by the rules of scalar layout; 0 if there is no such type.
+std::uint32_t bytes_of_number(std::string_view type) {
+  if (type == "float" || type == "int" || type == "uint") return 4;
+  if (type.starts_with('i') || type.starts_with('u')) type.remove_prefix(1);
+  if (type.size() != 4 || !type.starts_with("vec") || type[3] < '2' || type[3] > '4') return 0;
+  return 4 * std::uint32_t(type[3] - '0');
+}
+
 /// Returns a text with blanks in the place of its comments.
 std::string without_comments(std::string text) {
   for (std::size_t i = 0; i + 1 < text.size(); ++i) {
@@ -142,41 +150,110 @@ void check_numeric(const UserText& user, const UserCalls& calls) {
          user.name, user.numeric, kDefaultNumeric);
 }
 
-/// Checks the names and types of arrays or numbers, and adds the names to `declared`.
-template <class Declared>
-void check_declared(const UserText& user, const std::vector<Declared>& all, std::string_view what, bool records,
-                    Names& declared) {
-  for (const Declared& one : all) {
-    if (!is_name(one.name) || !std::ranges::all_of(one.name, is_letter) || one.name.starts_with(kOwnPrefix) ||
-        one.name.starts_with("gl_") || one.name.find("__") != std::string::npos || kShared.contains(one.name))
-      fail(Failure::Arguments,
-           "kernel {}: {} '{}': not a name for it; expected letters, digits and single underscores, not gl_ or {} at "
-           "the beginning, and none of nearest, any, count, closest and the like",
-           user.name, what, one.name, kOwnPrefix);
-    if (!declared.insert(one.name).second)
-      fail(Failure::Arguments, "kernel {}: {} '{}': the name is declared twice", user.name, what, one.name);
-    const bool is_record = std::isupper(static_cast<unsigned char>(one.type[0]));
-    if (bytes_of_type(one.type) == 0 || (is_record && !records))
-      fail(Failure::Arguments,
-           "kernel {}: {} '{}' is of type '{}'; expected float, int or uint, a vector of them (vec3, ivec2, uvec4){}",
-           user.name, what, one.name, one.type, records ? ", Ray, Hit or Nearest" : "");
+/// Reads what a text declares for the whole of it: its arrays and numbers, and what has to change to compile them.
+class Declarations {
+ public:
+  /// `words` are those of `bare`, the text without comments. Keeps references.
+  Declarations(const UserText& user, const std::string& bare, const std::vector<std::string_view>& words)
+      : user_(user), bare_(bare), words_(words), text(user.text) {
+    int depth = 0;
+    for (std::size_t i = 0; i < words_.size(); ++i) {
+      const char c = words_[i][0];
+      if (depth == 0 && words_[i] == "layout") refuse(i, "layout(...), which the library gives; leave it out");
+      if (depth == 0 && words_[i] == "buffer") read_array(i);
+      if (depth == 0 && words_[i] == "uniform") read_numbers(i);
+      if (c == '(' || c == '[' || c == '{') ++depth;
+      if (c == ')' || c == ']' || c == '}') --depth;
+    }
+    for (auto edit = inserted_.rbegin(); edit != inserted_.rend(); ++edit) text.insert(edit->first, edit->second);
   }
-}
 
-/// Returns the declarations of numbers and arrays.
-std::string declarations(const UserText& user) {
-  std::string text;
-  if (!user.numbers.empty()) {
-    text += fmt::format("layout(set = 0, binding = {}, scalar) uniform ballot_Numbers {{", BIND_USER_NUMBERS);
-    for (const UserNumber& n : user.numbers) text += fmt::format(" {} {};", n.type, n.name);
-    text += " };\n";
+ private:
+  static constexpr std::string_view kQualifiers[] = {"readonly", "writeonly", "coherent", "restrict", "volatile"};
+  static bool is_qualifier(std::string_view word) {
+    return std::ranges::find(kQualifiers, word) != std::end(kQualifiers);
   }
-  for (std::size_t i = 0; i < user.arrays.size(); ++i) {
-    const UserArray& a = user.arrays[i];
-    text += fmt::format("layout(set = 0, binding = {}, scalar) {}buffer ballot_Array{} {{ {} {}[]; }};\n",
-                        BIND_USER_ARRAYS + i, a.written ? "" : "readonly ", i, a.type, a.name);
+
+  std::string_view at(std::size_t i) const { return i < words_.size() ? words_[i] : std::string_view(); }
+  std::size_t place(std::size_t i) const { return std::size_t(at(i).data() - bare_.data()); }
+  [[noreturn]] void refuse(std::size_t i, const std::string& what) const {
+    const auto line = std::count(bare_.begin(), bare_.begin() + std::ptrdiff_t(place(i)), '\n');
+    fail(Failure::Arguments, "kernel {}: {}:{}: {}", user_.name, user_.file, user_.first_line + std::uint32_t(line),
+         what);
   }
-  return text;
+  /// Checks the name and the type of what is declared.
+  void check(std::size_t i, std::string_view what, std::string_view name, std::string_view type, bool known) {
+    if (name.starts_with("gl_") || name.find("__") != name.npos || kShared.contains(name))
+      refuse(i, fmt::format("{} '{}': the name has another meaning; take one that does not begin with gl_, has no two "
+                            "underscores in a row, and is none of nearest, any, count, closest and the like",
+                            what, name));
+    if (!names.emplace(name).second) refuse(i, fmt::format("{} '{}': the name is declared twice", what, name));
+    if (!known)
+      refuse(i, fmt::format("{} '{}' is of type '{}'; expected float, int, uint, or a vector of them (vec3, ivec2, "
+                            "uvec4){}",
+                            what, name, type, what == "array" ? ", Ray, Hit, Nearest, or a struct of these" : ""));
+  }
+
+  bool is_element(std::string_view type) const {
+    if (bytes_of_number(type) || type == "Ray" || type == "Hit" || type == "Nearest") return true;
+    for (std::size_t i = 0; i + 1 < words_.size(); ++i)
+      if (words_[i] == "struct" && words_[i + 1] == type) return true;
+    return false;
+  }
+
+  /// buffer NAME { TYPE name[]; };
+  void read_array(std::size_t i) {
+    std::size_t first = i, type = i + 3;
+    bool written = true;
+    for (; first > 0 && is_qualifier(words_[first - 1]); --first) written = written && words_[first - 1] != "readonly";
+    for (; is_qualifier(at(type)); ++type) written = written && at(type) != "readonly";
+    constexpr std::string_view kEnd[] = {"[", "]", ";", "}", ";"};
+    bool right = is_name(at(i + 1)) && at(i + 2) == "{" && is_name(at(type)) && is_name(at(type + 1));
+    for (std::size_t k = 0; k < std::size(kEnd); ++k) right = right && at(type + 2 + k) == kEnd[k];
+    if (!right)
+      refuse(i,
+             "an array is declared in another way than is known; expected: buffer NAME { TYPE name[]; }; with "
+             "readonly before it if it is not written");
+    check(type, "array", at(type + 1), at(type), is_element(at(type)));
+    inserted_.emplace_back(place(first), fmt::format("layout(set = 0, binding = {}, scalar) ",
+                                                     BIND_USER_ARRAYS + std::uint32_t(arrays.size())));
+    arrays.push_back({std::string(at(type + 1)), std::string(at(type)), written});
+  }
+
+  /// uniform TYPE name, ...;
+  void read_numbers(std::size_t i) {
+    const std::string_view type = at(i + 1);
+    std::size_t end = i + 2;
+    while (is_name(at(end)) && at(end + 1) == ",") end += 2;
+    if (!is_name(type) || !is_name(at(end)) || at(end + 1) != ";")
+      refuse(i, "a number is declared in another way than is known; expected: uniform TYPE name;");
+    for (std::size_t k = i + 2; k <= end; k += 2) {
+      check(k, "number", at(k), type, bytes_of_number(type) != 0);
+      numbers.push_back({std::string(at(k)), std::string(type), bytes_of_number(type)});
+    }
+    const auto past = text.begin() + std::ptrdiff_t(place(end + 1)) + 1;
+    std::replace_if(
+        text.begin() + std::ptrdiff_t(place(i)), past, [](char c) { return c != '\n'; }, ' ');
+  }
+
+  const UserText& user_;
+  const std::string& bare_;
+  const std::vector<std::string_view>& words_;
+  std::vector<std::pair<std::size_t, std::string>> inserted_;
+
+ public:
+  std::string text;  // with layouts, and without numbers
+  std::vector<UserArray> arrays;
+  std::vector<UserNumber> numbers;
+  Names names;  // of both
+};
+
+/// Returns the declaration of numbers.
+std::string block_of(const std::vector<UserNumber>& numbers) {
+  if (numbers.empty()) return {};
+  std::string text = fmt::format("layout(set = 0, binding = {}, scalar) uniform ballot_Numbers {{", BIND_USER_NUMBERS);
+  for (const UserNumber& n : numbers) text += fmt::format(" {} {};", n.type, n.name);
+  return text + " };\n";
 }
 
 /// The library, and what stands before and behind it so that its names are out of the way: those that the user declares
@@ -196,16 +273,6 @@ std::string library_without(const Names& declared, const Names& macros) {
 
 }  // namespace
 
-std::uint32_t bytes_of_type(std::string_view type) {
-  if (type == "float" || type == "int" || type == "uint") return 4;
-  if (type == "Ray") return sizeof(Ray);
-  if (type == "Hit") return sizeof(Hit);
-  if (type == "Nearest") return sizeof(Nearest);
-  if (type.starts_with('i') || type.starts_with('u')) type.remove_prefix(1);
-  if (type.size() != 4 || !type.starts_with("vec") || type[3] < '2' || type[3] > '4') return 0;
-  return 4 * std::uint32_t(type[3] - '0');
-}
-
 WholeText whole_text(const UserText& user) {
   const std::string bare = without_comments(user.text);
   const Words words = words_of(bare);
@@ -214,8 +281,8 @@ WholeText whole_text(const UserText& user) {
   WholeText whole;
   whole.calls = {calls(words, declared, "nearest"), calls(words, declared, "any"), calls(words, declared, "count"),
                  calls(words, declared, "closest"), declared.contains("accept"),   declared.contains("intersect")};
-  check_declared(user, user.arrays, "array", true, declared);
-  check_declared(user, user.numbers, "number", false, declared);
+  Declarations own(user, bare, words.code);
+  declared.insert(own.names.begin(), own.names.end());
   const UserCalls& c = whole.calls;
   whole.defines = {
       {"CALLS_NEAREST", c.nearest}, {"CALLS_ANY", c.any}, {"CALLS_COUNT", c.count}, {"CALLS_CLOSEST", c.closest},
@@ -234,7 +301,9 @@ WholeText whole_text(const UserText& user) {
       "#line {} \"{}\"\n{}\n#line 1 \"the end of {}\"\n#undef main\n"
       "void main() {{\n  uint ballot_index;\n  if (ballot_begin(ballot_index)) {{\n    ballot_main(ballot_index);\n"
       "    ballot_end();\n  }}\n}}\n",
-      library_without(declared, words.macros), declarations(user), user.first_line, user.file, user.text, user.file);
+      library_without(declared, words.macros), block_of(own.numbers), user.first_line, user.file, own.text, user.file);
+  whole.arrays = std::move(own.arrays);
+  whole.numbers = std::move(own.numbers);
   return whole;
 }
 

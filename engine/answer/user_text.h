@@ -18,15 +18,13 @@ struct UserCalls {
 struct WholeText {
   std::string text;
   UserCalls calls;
-  Defines defines;  // CALLS_... and CALLED_ACCEPT (shaders/lib/called/scene.glsl)
+  Defines defines;                // CALLS_... and CALLED_ACCEPT (shaders/lib/called/scene.glsl)
+  std::vector<UserArray> arrays;  // in the order of their bindings; their bytes are not known
+  std::vector<UserNumber> numbers;
 };
 
-/// Returns the bytes of a type of GLSL that arrays and numbers of users may have, by the rules of scalar layout; 0 if
-/// there is no such type.
-std::uint32_t bytes_of_type(std::string_view type);
-
-/// Returns the whole text of a kernel: the library, what the user declares, his text by his own file and lines, and a
-/// main() that calls his. What the library declares is out of the way of his names.
+/// Returns the whole text of a kernel: the library, the user's text by his own file and lines, and a main() that calls
+/// his. What the library declares is out of the way of his names.
 /// Throws Error(Arguments) if names or types are wrong, or the text has no `void main(uint index)`.
 WholeText whole_text(const UserText& user);
 

@@ -44,6 +44,9 @@ class Kernel {
   void dispatch(Commands& cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
                 std::uint32_t push_bytes);
 
+  /// Returns the bytes of an element of each storage buffer that is one array, by binding.
+  const std::map<std::uint32_t, std::uint32_t>& element_bytes() const { return pipeline_->reflection().element_bytes; }
+
   const std::string& name() const { return name_; }
   /// The times that making its pipeline took.
   const KernelTimes& times() const { return pipeline_->times(); }

@@ -170,6 +170,7 @@ struct Pipelines {
     std::future<Made> coming = {};
   };
   std::map<std::string, Entry> by_source;
+  std::map<std::string, std::weak_ptr<const ComputePipeline>> of_texts;  // that are no files
 };
 
 namespace {
@@ -181,12 +182,18 @@ std::string key_of(const KernelSource& source) {
   return key + source.text;
 }
 
-Pipelines::Entry& entry_of(Context& gpu, const KernelSource& source) {
+Pipelines& pipelines_in(Context& gpu) {
   if (!gpu.pipelines()) gpu.pipelines() = std::make_shared<Pipelines>();
-  return gpu.pipelines()->by_source[key_of(source)];
+  return *gpu.pipelines();
 }
 
-/// Compiles a source. CPU devices make every pipeline anew in each process, and lavapipe 22.3.6 inlines slowly: if the
+Pipelines::Entry& entry_of(Context& gpu, const KernelSource& source) {
+  return pipelines_in(gpu).by_source[key_of(source)];
+}
+
+}  // namespace
+
+// CPU devices make every pipeline anew in each process, and lavapipe 22.3.6 inlines slowly: if the
 /// SPIR-V is inlined already, it makes the pipeline in 0.3 to 0.7 of the time, and the code has the same size within
 /// 0.5 %.
 Spirv compiled(Context& gpu, const KernelSource& source) {
@@ -197,9 +204,15 @@ Spirv compiled(Context& gpu, const KernelSource& source) {
   return spirv;
 }
 
-}  // namespace
-
 std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source) {
+  if (!source.text.empty()) {
+    auto& of_texts = pipelines_in(gpu).of_texts;
+    std::erase_if(of_texts, [](const auto& one) { return one.second.expired(); });
+    std::weak_ptr<const ComputePipeline>& known = of_texts[key_of(source)];
+    Pipelines::Made made = known.lock();
+    if (!made) known = made = std::make_shared<const ComputePipeline>(gpu, source, compiled(gpu, source));
+    return made;
+  }
   Pipelines::Entry& entry = entry_of(gpu, source);
   if (entry.coming.valid()) entry.made = entry.coming.get();
   if (!entry.made) entry.made = std::make_shared<const ComputePipeline>(gpu, source, compiled(gpu, source));

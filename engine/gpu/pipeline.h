@@ -73,9 +73,12 @@ class ComputePipeline {
   VkPipeline pipeline_ = VK_NULL_HANDLE;
 };
 
+/// Compiles a source for a device, or takes it from the cache.
+Spirv compiled(Context& gpu, const KernelSource& source);
+
 /// Returns the pipeline of a source. It is made on first use and kept until the context is destroyed or reloads its
-/// shaders. So scenes that come and go on one device share it, and with it the code that the driver compiles at the
-/// first dispatch. Not thread-safe.
+/// shaders; that of a text that is no file goes with the last that holds it. So scenes that come and go on one device
+/// share it, and with it the code that the driver compiles at the first dispatch. Not thread-safe.
 std::shared_ptr<const ComputePipeline> pipeline_of(Context& gpu, const KernelSource& source);
 
 /// Begins to compile a source and to make its pipeline on another thread. pipeline_of() waits for it, and throws

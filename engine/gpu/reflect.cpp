@@ -25,6 +25,22 @@ std::vector<std::uint32_t> bindings_of(spvc_compiler compiler, spvc_resources re
   return bindings;
 }
 
+/// Returns the bytes of an element of each storage buffer that is one array.
+std::map<std::uint32_t, std::uint32_t> element_bytes_of(spvc_compiler compiler, spvc_resources resources) {
+  const spvc_reflected_resource* list = nullptr;
+  std::size_t count = 0;
+  spvc_resources_get_resource_list_for_type(resources, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, &list, &count);
+  std::map<std::uint32_t, std::uint32_t> bytes;
+  for (std::size_t i = 0; i < count; ++i) {
+    const spvc_type type = spvc_compiler_get_type_handle(compiler, list[i].base_type_id);
+    unsigned stride = 0;
+    if (spvc_type_get_num_member_types(type) == 1 &&
+        spvc_compiler_type_struct_member_array_stride(compiler, type, 0, &stride) == SPVC_SUCCESS)
+      bytes[spvc_compiler_get_decoration(compiler, list[i].id, SpvDecorationBinding)] = stride;
+  }
+  return bytes;
+}
+
 std::uint32_t push_bytes_of(spvc_compiler compiler, spvc_resources resources) {
   const spvc_reflected_resource* list = nullptr;
   std::size_t count = 0, size = 0;
@@ -55,6 +71,7 @@ Reflection reflect(const std::vector<std::uint32_t>& words, const std::string& n
       r.storage_buffers = bindings_of(compiler, resources, SPVC_RESOURCE_TYPE_STORAGE_BUFFER, name);
       r.texel_buffers = bindings_of(compiler, resources, SPVC_RESOURCE_TYPE_SAMPLED_IMAGE, name);
       r.uniform_buffers = bindings_of(compiler, resources, SPVC_RESOURCE_TYPE_UNIFORM_BUFFER, name);
+      r.element_bytes = element_bytes_of(compiler, resources);
       r.push_bytes = push_bytes_of(compiler, resources);
     } catch (const Error& e) {
       problem = e.what();

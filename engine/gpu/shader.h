@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,6 +52,7 @@ struct Reflection {
   std::vector<std::uint32_t> storage_buffers;  // bindings of set 0, ascending
   std::vector<std::uint32_t> texel_buffers;
   std::vector<std::uint32_t> uniform_buffers;
+  std::map<std::uint32_t, std::uint32_t> element_bytes;  // of storage buffers that are one array, by binding
   std::uint32_t push_bytes = 0;
 };
 /// Reads the interface of a module. Throws Error(Work) if the module cannot be read or uses a set other than 0.

@@ -171,6 +171,12 @@ RayQueries& DeviceScene::rays() {
   return *rays_;
 }
 
+UserKernel& DeviceScene::kernel(const UserText& text) {
+  const auto found = kernels_.find(&text);
+  return found != kernels_.end() ? found->second
+                                 : kernels_.try_emplace(&text, *gpu_, tracer_->tree(), text).first->second;
+}
+
 const Topology& DeviceScene::topology() {
   if (!topology_) {
     ask_interruption();

@@ -145,6 +145,10 @@ class DeviceScene {
   /// last until the scene gets other triangles, or other meshes.
   PointQueries& points();
   RayQueries& rays();
+  /// Returns a user's kernel over this scene, made on first use. It lasts until the scene gets other meshes, or
+  /// drop_kernel(). `text` must stay where it is until then. Throws as UserKernel does.
+  UserKernel& kernel(const UserText& text);
+  void drop_kernel(const UserText& text) { kernels_.erase(&text); }
   /// Returns the topology of the scene's triangles; of a scene with instances that of their meshes, each by itself. It
   /// is found on first use, for which the caller is asked first (ask_interruption()).
   const Topology& topology();
@@ -374,6 +378,7 @@ class DeviceScene {
   std::unique_ptr<Batches> batches_;
   std::unique_ptr<PointQueries> points_;  // made on first use
   std::unique_ptr<RayQueries> rays_;
+  std::map<const UserText*, UserKernel> kernels_;
   std::unique_ptr<Topology> topology_;
   std::unique_ptr<DevicePoser> poser_;               // made on first use
   std::vector<Triangle> spare_triangles_;            // the same of a commit

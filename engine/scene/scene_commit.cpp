@@ -149,6 +149,7 @@ void DeviceScene::plant_flat() {
 void DeviceScene::drop_queries() {
   points_.reset();
   rays_.reset();
+  kernels_.clear();
 }
 
 }  // namespace ballot

@@ -122,8 +122,7 @@ void DeviceScene::move_instances(Pose pose, double pose_s) {
   }
   if (forest) {
     drop_renderers();
-    rays_.reset();
-    points_.reset();
+    drop_queries();
     tracer_.reset();
     forest_ = std::move(forest);
     tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);

@@ -48,6 +48,17 @@ TEST(LaunchSizes, AnUnknownNumberTellsNothing) {
   EXPECT_EQ(size.most(kTarget), before);
 }
 
+TEST(LaunchSizes, OfAnyWorkBeginAndMayBecomeSmall) {
+  LaunchSize size(64);
+  EXPECT_EQ(size.most(kTarget), 64u);
+  size.add(64, 0.1);
+  EXPECT_EQ(size.most(kTarget), 4096u);
+  size.add(4096, 0.1);
+  EXPECT_EQ(size.most(kTarget), LaunchSize::kFirst);
+  size.add(4096, 100 * kTarget);
+  EXPECT_EQ(size.most(kTarget), 64u);
+}
+
 TEST(LaunchSizes, StayWholePackets) {
   LaunchSize size;
   size.add(1'000'003, 37);

@@ -93,6 +93,7 @@ uint steps(Ray ray) {
 
 /// Spheres of the user's own.
 constexpr const char* kSphere = R"(
+readonly buffer Spheres { vec4 spheres[]; };
 bool intersect(uint prim, Ray ray, inout Hit hit) {
   vec4 sphere = spheres[prim % spheres.length()];
   vec3 to = sphere.xyz - ray.origin;
@@ -122,9 +123,7 @@ class UserShapes : public UserHooks {
   }
   static std::vector<Hit> hits_of(DeviceTree& tree, const std::vector<glm::vec4>& spheres, std::span<const Ray> rays,
                                   const std::string& call, const std::string& before = "") {
-    UserText text = over_rays("Hit", call, kSphere + before);
-    text.arrays.push_back({"spheres", "vec4"});
-    UserKernel kernel(*gpu_, tree, text);
+    UserKernel kernel(*gpu_, tree, over_rays("Hit", call, kSphere + before));
     const Buffer<Ray> asked = on_device(rays, "rays");
     const Buffer<glm::vec4> shapes = on_device(std::span<const glm::vec4>(spheres), "spheres");
     Buffer<Hit> found(*gpu_, rays.size(), Access::Storage, "answers");
@@ -216,9 +215,7 @@ TEST_F(UserShapes, WrongOnesAreRefused) {
   EXPECT_THROW(stand_ins(std::vector<Bounds>{{{0, 0, 0}, {1, -1, 1}}}), Error);
   EXPECT_THROW(stand_ins(std::vector<Bounds>{{{0, NAN, 0}, {1, 1, 1}}}), Error);
   for (const char* call : {"count(rays[index])", "closest(rays[index].origin).prim"}) {
-    UserText text = over_rays("uint", call, kSphere);
-    text.arrays.push_back({"spheres", "vec4"});
-    EXPECT_THROW(UserKernel(*gpu_, t->tracer->tree(), text), Error);
+    EXPECT_THROW(UserKernel(*gpu_, t->tracer->tree(), over_rays("uint", call, kSphere)), Error);
   }
 }
 

@@ -9,6 +9,12 @@ namespace {
 using namespace scene_cases;
 
 constexpr const char* kEverything = R"(
+readonly buffer Rays { Ray rays[]; };
+readonly buffer Points { vec4 points[]; };
+buffer Hits { Hit hits[]; };
+buffer Occluded { uint occluded[]; };
+buffer Counts { uint counts[]; };
+buffer Near { Nearest near[]; };
 void main(uint index) {
   if (index < rays.length()) {
     Ray ray = rays[index];
@@ -23,12 +29,7 @@ class UserKernels : public UserKernelTest {
  protected:
   static void expect_built_in_answers(Tracer& tracer, std::span<const Ray> rays, std::span<const ProbePoint> points) {
     const Answers truth = built_in(tracer, rays, points);
-    UserText text;
-    text.text = kEverything;
-    text.arrays = {{"rays", "Ray"},          {"points", "vec4"},
-                   {"hits", "Hit", true},    {"occluded", "uint", true},
-                   {"counts", "uint", true}, {"near", "Nearest", true}};
-    UserKernel kernel(*gpu_, tracer.tree(), text);
+    UserKernel kernel(*gpu_, tracer.tree(), {.text = kEverything});
     const auto asked = on_device(rays, "rays");
     const auto probes = on_device(points, "points");
     Buffer<Hit> hits(*gpu_, rays.size(), Access::Storage, "hits");

@@ -28,9 +28,10 @@ class UserTexts : public UserKernelTest {
   }
   static UserText text_of(const std::string& text) {
     return {.name = "mine",
-            .text = text,
-            .arrays = {{"out_of", "float", true}, {"given", "vec3"}},
-            .numbers = {{"radius"}, {"steps", "uint"}}};
+            .text =
+                "buffer Out { float out_of[]; }; readonly buffer Given { vec3 given[]; };  uniform float radius; "
+                "uniform uint steps; " +
+                text};
   }
   static bool has(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
 
@@ -72,8 +73,7 @@ Hit both(Ray given, float traverse) {
   ASSERT_GT(meeting.size(), 100u);
   truth = built_in(*scene_->tracer, meeting, {});
   EXPECT_EQ(different(answers<Hit>(tree(), text, meeting), truth.hits), 0u);
-  text.numbers = {{"take_ray", "vec3"}, {"is_dead"}};
-  text.arrays.push_back({"leaves", "uvec4"});
+  text.text += "\nuniform vec3 take_ray, entry_at;\nuniform float is_dead;\nbuffer Node { uvec4 leaves[]; };";
   EXPECT_EQ(refusal(text), "");
 }
 
@@ -84,13 +84,15 @@ TEST_F(UserTexts, MessagesOfTheCompilerNameFileAndLine) {
   const std::string message = refusal(text);
   EXPECT_TRUE(has(message, "kernel mine does not compile")) << message;
   EXPECT_TRUE(has(message, "dir/ao.glsl:12: 'nothing'")) << message;
-  text.text = "void main(uint index) {\n  given[index] = vec3(0.0);\n}";
+  text = text_of("void main(uint index) {\n  given[index] = vec3(0.0);\n}");
+  text.file = "dir/ao.glsl";
+  text.first_line = 10;
   EXPECT_TRUE(has(refusal(text), "dir/ao.glsl:11:")) << refusal(text);
-  text.text = "void main(uint index) {\n  out_of[index] = 1.0;\n";  // without its end
-  EXPECT_TRUE(has(refusal(text), "ao.glsl")) << refusal(text);
-  text.text =
+  text = text_of("void main(uint index) {\n  out_of[index] = 1.0;\n");  // without its end
+  EXPECT_TRUE(has(refusal(text), "kernel.glsl")) << refusal(text);
+  text = text_of(
       "bool accept(Hit hit) { return any(Ray(vec3(0), 0, vec3(1), hit.t)); }\n"
-      "void main(uint index) { out_of[index] = float(any(Ray(vec3(0), 0, vec3(1), 9))); }";
+      "void main(uint index) { out_of[index] = float(any(Ray(vec3(0), 0, vec3(1), 9))); }");
   EXPECT_TRUE(has(refusal(text), "ecursion")) << refusal(text);
 }
 
@@ -100,25 +102,32 @@ TEST_F(UserTexts, WrongOnesAreRefused) {
   EXPECT_TRUE(has(refusal(text_of("")), "void main(uint index)"));
   EXPECT_TRUE(has(refusal(text_of("void main() {}")), "void main(uint index)"));
   EXPECT_TRUE(has(refusal(text_of("// void main(uint index) {}")), "void main(uint index)"));
-  EXPECT_TRUE(has(refusal(text_of("#include \"a.glsl\"\n" + good)), "#include"));
-  EXPECT_TRUE(has(refusal(text_of("#version 450\n" + good)), "#version"));
+  EXPECT_TRUE(has(refusal(text_of("\n#include \"a.glsl\"\n" + good)), "#include"));
+  EXPECT_TRUE(has(refusal(text_of("\n#version 450\n" + good)), "#version"));
   EXPECT_TRUE(has(refusal(text_of("float ballot_x;" + good)), "ballot_x"));
-  const std::pair<UserArray, const char*> arrays[] = {{{"gl_x"}, "gl_x"},
-                                                      {{"a b"}, "a b"},
-                                                      {{"nearest"}, "nearest"},
-                                                      {{"1a"}, "1a"},
-                                                      {{""}, "''"},
-                                                      {{"radius"}, "twice"},
-                                                      {{"given"}, "twice"},
-                                                      {{"a", "vec5"}, "vec5"},
-                                                      {{"a", "double"}, "double"},
-                                                      {{"a", ""}, "''"},
-                                                      {{"a__b"}, "a__b"},
-                                                      {{"ballot_a"}, "ballot_a"}};
-  for (const auto& [array, part] : arrays) {
-    UserText text = text_of(good);
-    text.arrays.push_back(array);
-    EXPECT_TRUE(has(refusal(text), part)) << refusal(text);
+  const std::pair<const char*, const char*> wrong[] = {
+      {"buffer A { float gl_x[]; };", "gl_x"},
+      {"buffer A { float nearest[]; };", "'nearest'"},
+      {"buffer A { float a__b[]; };", "a__b"},
+      {"buffer A { float radius[]; };", "twice"},
+      {"\n buffer A { vec3 given[]; };", "kernel.glsl:2: array 'given': the name is declared twice"},
+      {"buffer A { vec5 a[]; };", "vec5"},
+      {"buffer A { double a[]; };", "'double'; expected float"},
+      {"buffer A { float a[3]; };", "expected: buffer NAME { TYPE name[]; };"},
+      {"buffer A { float a[]; } b;", "expected: buffer NAME { TYPE name[]; };"},
+      {"buffer A { float n; float a[]; };", "expected: buffer NAME { TYPE name[]; };"},
+      {"buffer float a[];", "expected: buffer NAME { TYPE name[]; };"},
+      {"layout(binding = 3) buffer A { float a[]; };", "layout"},
+      {"layout(local_size_x = 8) in;", "layout"},
+      {"\n\n#if 0\nbuffer A { float a[]; };\n#endif\n", "#if"},
+      {"uniform Hit a;", "'Hit'; expected float"},
+      {"uniform vec5 a;", "'vec5'"},
+      {"uniform vec3 a, given;", "twice"},
+      {"uniform B { float a; };", "expected: uniform TYPE name;"},
+      {"uniform float a[3];", "expected: uniform TYPE name;"}};
+  for (const auto& [declared, part] : wrong) {
+    const UserText text = text_of(declared + good);
+    EXPECT_TRUE(has(refusal(text), part)) << declared << "\n" << refusal(text);
   }
   const std::pair<const char*, const char*> modes[] = {{"exact", "exact"}, {"plain", "count()"}, {"none", "none"}};
   for (const auto& [numeric, part] : modes) {
@@ -126,9 +135,27 @@ TEST_F(UserTexts, WrongOnesAreRefused) {
     text.numeric = numeric;
     EXPECT_TRUE(has(refusal(text), part)) << refusal(text);
   }
-  UserText text = text_of(good);
-  text.numbers.push_back({"a", "Hit"});
-  EXPECT_TRUE(has(refusal(text), "'Hit'")) << refusal(text);
+}
+
+TEST_F(UserTexts, TellWhatTheyDeclare) {
+  const UserInputs all = inputs_of(*gpu_, {.text = R"(
+struct Cell { vec3 at; uint count; float sums[2]; };
+restrict readonly buffer Rays { Ray rays[]; };  // buffer Other { float other[]; };
+buffer Cells { Cell cells[]; };
+uniform uvec2 size; uniform float near, far;
+void main(uint index) { cells[index].count = uint(rays[index].t_min); }
+)"});
+  ASSERT_EQ(all.arrays.size(), 2u);
+  EXPECT_EQ(all.arrays[0].name, "rays");
+  EXPECT_EQ(all.arrays[0].type, "Ray");
+  EXPECT_FALSE(all.arrays[0].written);
+  EXPECT_EQ(all.arrays[0].bytes, 32u);
+  EXPECT_EQ(all.arrays[1].type, "Cell");
+  EXPECT_TRUE(all.arrays[1].written);
+  EXPECT_EQ(all.arrays[1].bytes, 24u);
+  ASSERT_EQ(all.numbers.size(), 3u);
+  EXPECT_EQ(all.numbers[0].bytes, 8u);
+  EXPECT_EQ(all.numbers[2].name, "far");
 }
 
 TEST_F(UserTexts, ArraysAndNumbersAreChecked) {
@@ -175,13 +202,12 @@ TEST_F(UserTexts, NumbersAreThoseOfEachRun) {
 }
 
 TEST_F(UserTexts, IndicesStayWithinArrays) {
-  UserKernel kernel(*gpu_, tree(),
-                    {.text = R"(void main(uint index) {
+  UserKernel kernel(*gpu_, tree(), {.text = R"(buffer Values { float values[]; };
+                       void main(uint index) {
                          values[index] = float(index);
                          values[values.length() + index] = 7.0;
                          values[index + 0x0FFFFFFFu] = values[index + 0x3FFFFFF0u];
-                       })",
-                     .arrays = {{"values", "float", true}}});
+                       })"});
   if (!kernel.is_robust()) GTEST_SKIP() << "the device does not keep indices within arrays";
   Buffer<float> values(*gpu_, 4096, Access::Storage, "values");
   const std::vector<float> ones(values.size(), 1);
@@ -193,14 +219,12 @@ TEST_F(UserTexts, IndicesStayWithinArrays) {
 }
 
 TEST_F(UserTexts, LoopsRunToTheirEndOrTheRunFails) {
-  UserKernel kernel(*gpu_, tree(),
-                    {.name = "long",
-                     .text = R"(void main(uint index) {
+  UserKernel kernel(*gpu_, tree(), {.name = "long", .text = R"(buffer Sums { uint sums[]; };
+                       void main(uint index) {
                          uint sum = 0u;
                          for (uint i = 0u; i < 100000u; ++i) sum += i ^ sum;
                          sums[index] = sum;
-                       })",
-                     .arrays = {{"sums", "uint", true}}});
+                       })"});
   Buffer<std::uint32_t> sums(*gpu_, 100, Access::Storage, "sums");
   kernel.bind("sums", sums);
   std::uint32_t sum = 0;

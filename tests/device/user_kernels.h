@@ -10,8 +10,9 @@ namespace ballot {
 /// A kernel over rays that calls what is told.
 inline UserText over_rays(const char* type, const std::string& answer, const std::string& before = "") {
   UserText text;
-  text.text = before + "\nvoid main(uint index) { answers[index] = " + answer + "; }";
-  text.arrays = {{"rays", "Ray"}, {"answers", type, true}};
+  text.text =
+      fmt::format("readonly buffer Rays {{ Ray rays[]; }}; {}\nbuffer Answers {{ {} answers[]; }};\n", before, type) +
+      "void main(uint index) { answers[index] = " + answer + "; }";
   return text;
 }
 

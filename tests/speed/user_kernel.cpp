@@ -24,6 +24,10 @@ struct Args {
 };
 
 constexpr const char* kMakeRay = R"(
+readonly buffer Positions { vec3 positions[]; };
+readonly buffer Normals { vec3 normals[]; };
+uniform float reach;
+uniform uint rays_each;
 uint hash(uint x) {
   x = (x ^ x >> 16) * 0x21F0AAADu;
   x = (x ^ x >> 15) * 0x735A2D97u;
@@ -38,13 +42,16 @@ Ray make_ray(uint point, uint i) {
 }
 )";
 constexpr const char* kOcclusion = R"(
+buffer Answers { float answers[]; };
 void main(uint index) {
   uint open = 0u;
   for (uint i = 0u; i < rays_each; ++i) open += uint(!any(make_ray(index, i)));
   answers[index] = float(open) / float(rays_each);
 }
 )";
-constexpr const char* kRays = "void main(uint index) { made[index] = make_ray(index / rays_each, index % rays_each); }";
+constexpr const char* kRays =
+    "buffer Made { Ray made[]; };\n"
+    "void main(uint index) { made[index] = make_ray(index / rays_each, index % rays_each); }";
 
 /// Points on triangles, as many on each as its area asks for, in the order of the triangles.
 struct Points {
@@ -107,7 +114,7 @@ class Scene {
     occlusion(table);
     const auto rays = std::uint32_t(std::min<std::uint64_t>(kRaysAtOnce, std::uint64_t{args_.points} * args_.rays));
     Buffer<Ray> made(gpu_, rays, Access::Storage, "rays");
-    UserKernel maker = over_points(std::string(kMakeRay) + kRays, {"made", "Ray", true});
+    UserKernel maker = over_points(std::string(kMakeRay) + kRays);
     maker.bind("made", made);
     maker.run(rays);
     Buffer<Hit> hits(gpu_, rays, Access::Storage, "hits");
@@ -124,12 +131,8 @@ class Scene {
   }
 
  private:
-  UserKernel over_points(const std::string& text, UserArray answers) {
-    UserKernel kernel(gpu_, tracer_.tree(),
-                      {.name = "speed",
-                       .text = text,
-                       .arrays = {{"positions", "vec3"}, {"normals", "vec3"}, std::move(answers)},
-                       .numbers = {{"reach"}, {"rays_each", "uint"}}});
+  UserKernel over_points(const std::string& text) {
+    UserKernel kernel(gpu_, tracer_.tree(), {.name = "speed", .text = text});
     kernel.bind("positions", positions_);
     kernel.bind("normals", normals_);
     kernel.set("reach", reach_);
@@ -138,7 +141,7 @@ class Scene {
   }
 
   void occlusion(bench::Table& table) {
-    UserKernel kernel = over_points(std::string(kMakeRay) + kOcclusion, {"answers", "float", true});
+    UserKernel kernel = over_points(std::string(kMakeRay) + kOcclusion);
     Buffer<float> open(gpu_, points_.positions.size(), Access::Storage, "open");
     kernel.bind("answers", open);
     row(table, "occlusion", "user, a point each", std::uint64_t{args_.points} * args_.rays,
@@ -154,10 +157,10 @@ class Scene {
   void one_call(bench::Table& table, const std::string& what, const std::string& call, const char* answer,
                 const Buffer<Question>& asked, Buffer<Answer>& found) {
     const auto count = std::uint32_t(asked.size());
-    UserKernel kernel(
-        gpu_, tracer_.tree(),
-        {.text = "void main(uint index) { found[index] = " + call + "; }",
-         .arrays = {{"rays", sizeof(Question) == sizeof(Ray) ? "Ray" : "vec4"}, {"found", answer, true}}});
+    UserKernel kernel(gpu_, tracer_.tree(),
+                      {.text = fmt::format("readonly buffer Rays {{ {} rays[]; }};\nbuffer Found {{ {} found[]; }};\n",
+                                           sizeof(Question) == sizeof(Ray) ? "Ray" : "vec4", answer) +
+                               "void main(uint index) { found[index] = " + call + "; }"});
     kernel.bind("rays", asked);
     kernel.bind("found", found);
     row(table, what, "user, a call each", count, median_ms(args_.repeats, [&] { return kernel.run(count); }));
