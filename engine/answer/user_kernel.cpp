@@ -42,7 +42,9 @@ UserInputs inputs_of(Context& gpu, const UserText& text) {
   try {
     reflection = reflect(compiled(gpu, source).words, source.name);
   } catch (const Error& error) {
-    throw Error(Failure::Arguments, error.what());  // it is the text that the compiler refuses
+    std::string message = error.what();
+    message.erase(message.find_last_not_of(" \n") + 1);
+    throw Error(Failure::Arguments, message);  // it is the text that the compiler refuses
   }
   take_sizes(text, reflection.element_bytes, whole.arrays);
   return {std::move(whole.arrays), std::move(whole.numbers)};

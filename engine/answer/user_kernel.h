@@ -24,8 +24,8 @@ struct UserArray {
   std::uint32_t bytes = 0;  // of an element
 };
 
-/// A number, the same in all invocations, that a text declares, as `uniform TYPE name;`: float, int, uint or a vector of
-/// them.
+/// A number, the same in all invocations, that a text declares, as `uniform TYPE name;`: float, int, uint or a vector
+/// of them.
 struct UserNumber {
   std::string name, type;
   std::uint32_t bytes = 0;

@@ -33,6 +33,7 @@
 #include <vector>
 
 #include "ballot_device.h"
+#include "ballot_kernel.h"
 #include "ballot_views.h"
 
 namespace ballot {
@@ -360,6 +361,13 @@ class Scene {
 
   Owner handle_;
 };
+
+inline Times Kernel::run(const Scene& scene, std::size_t count, std::span<const Input> inputs,
+                         const Query& query) const {
+  Times times;
+  check(ballot_kernel_run(handle_.get(), scene.handle(), count, inputs.data(), inputs.size(), &query, &times));
+  return times;
+}
 
 }  // namespace v1
 }  // namespace ballot

@@ -16,13 +16,13 @@
  * Structs   Their first member is the size that the caller was compiled with. BALLOT_INIT sets it and zeroes the rest;
  *           zero is every member's default. Later versions add members at the end alone.
  * Errors    A function that can fail returns BALLOT_OK (0) or an error code, and keeps a text of one line then: what,
- *           where, found, expected, what to do. With wrong arguments it writes nothing to its outputs; if it fails
- *           later, or is interrupted, it may have written a part of the answers. ballot_device_error(),
- *           ballot_scene_error() and ballot_buffer_error() return the text of the handle's last failed call;
+ *           where, found, expected, what to do; a kernel's compiler may have several lines. With wrong arguments it
+ *           writes nothing to its outputs; if it fails later, or is interrupted, it may have written a part of the
+ *           answers. ballot_scene_error() and the like return the text of the handle's last failed call;
  *           ballot_last_error() that of the calling thread. No C++ exception leaves the library.
  * Handles   A handle that was closed or never opened is refused with BALLOT_ERROR_CLOSED, and so is a handle of the
- *           parent in a forked child (BALLOT_ERROR_FORKED): open a device in each process. A scene, buffer or job keeps
- *           its device alive, so they may be closed in any order. Closing NULL does nothing.
+ *           parent in a forked child (BALLOT_ERROR_FORKED): open a device in each process. A scene, buffer, kernel or
+ *           job keeps its device alive, so they may be closed in any order. Closing NULL does nothing.
  * Threads   Every function may be called from any thread. Calls on one device, its scenes and its buffers run one after
  *           another. Devices are independent of each other: give each thread a device of its own to trace at once.
  * Callbacks Functions that a call is given, as BallotQuery::progress, must not call the device that the call is on:
@@ -122,6 +122,7 @@ typedef struct BallotDevice BallotDevice; /* a device that is open */
 typedef struct BallotScene BallotScene;   /* a scene on a device */
 typedef struct BallotBuffer BallotBuffer; /* an array on a device */
 typedef struct BallotJob BallotJob;       /* a trace in the background */
+typedef struct BallotKernel BallotKernel; /* GLSL of the user that asks scenes */
 
 /* Returns the version of the library that is loaded, such as "1.0.0". The first number changes when programs have to be
  * changed. */
@@ -319,6 +320,8 @@ typedef struct BallotPicture {
 /* Renders a view. view, query and times may be NULL. */
 BALLOT_API BallotStatus ballot_render(BallotScene* scene, const BallotView* view, const BallotPicture* picture,
                                       const BallotQuery* query, BallotTimes* times);
+
+#include "ballot_c_kernels.h" /* kernels of the user */
 
 #ifdef __cplusplus
 }

@@ -23,8 +23,10 @@ inline namespace v1 {
 using AnimationInfo = BallotAnimationInfo;  ///< an animation of a scene file
 using DeviceInfo = BallotDeviceInfo;        ///< a device, as devices() lists it
 using Hit = BallotHit;                      ///< a hit, 16 bytes
+using InputInfo = BallotInputInfo;          ///< an array or number of a kernel
 using InstanceInfo = BallotInstanceInfo;    ///< an instance of a mesh
 using Instances = BallotInstances;          ///< where meshes lie; instances() makes it of spans
+using KernelOptions = BallotKernelOptions;  ///< what a kernel is called, and how its calls answer
 using Mesh = BallotMesh;                    ///< a triangle mesh in the caller's memory; mesh() makes it of spans
 using MeshInfo = BallotMeshInfo;            ///< a mesh of a scene
 using NearestPoint = BallotNearestPoint;    ///< the answer for a point on the device, 32 bytes

@@ -77,12 +77,9 @@ BallotStatus ballot_devices(BallotDeviceInfo* infos, size_t room, size_t* count)
     need(count, "ballot_devices", "count");
     if (room) need(infos, "ballot_devices", "infos");
     const auto found = ballot::list_devices();
-    const std::size_t stride = room ? infos[0].size : 0;
-    for (std::size_t i = 0; i < std::min(room, found.size()); ++i) {
-      auto* info = reinterpret_cast<BallotDeviceInfo*>(reinterpret_cast<char*>(infos) + i * stride);
-      info->size = stride;
-      write_struct(info, info_of(found[i]), "BallotDeviceInfo");
-    }
+    std::vector<BallotDeviceInfo> all;
+    for (const ballot::DeviceInfo& one : found) all.push_back(info_of(one));
+    write_structs(infos, std::min(room, all.size()), all, "BallotDeviceInfo");
     *count = found.size();
   });
 }
@@ -108,6 +105,11 @@ void ballot_scene_destroy(BallotScene* scene) {
 
 void ballot_buffer_destroy(BallotBuffer* buffer) {
   auto state = buffers().remove(buffer);
+  if (const auto device = state ? state->device : nullptr) let_go(std::move(state), device);
+}
+
+void ballot_kernel_destroy(BallotKernel* kernel) {
+  auto state = kernels().remove(kernel);
   if (const auto device = state ? state->device : nullptr) let_go(std::move(state), device);
 }
 
@@ -139,5 +141,10 @@ const char* ballot_scene_error(BallotScene* scene) {
 
 const char* ballot_buffer_error(BallotBuffer* buffer) {
   const auto state = buffers().find(buffer);
+  return state ? thread_copy(state->error.get()) : thread_text();
+}
+
+const char* ballot_kernel_error(BallotKernel* kernel) {
+  const auto state = kernels().find(kernel);
   return state ? thread_copy(state->error.get()) : thread_text();
 }

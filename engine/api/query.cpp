@@ -11,7 +11,8 @@ namespace ballot::api {
 
 const Kind kHitsKind{door::kHits, "hits"}, kCrossingsKind{door::kCrossings, "crossings"},
     kPointsKind{door::kPoints, "points"}, kWithinKind{door::kWithin, "triangles within a limit"},
-    kArraysKind{door::kHits, "arrays on the device", false}, kPictureKind{door::kHits, "pictures", false};
+    kArraysKind{door::kHits, "arrays on the device", false}, kPictureKind{door::kHits, "pictures", false},
+    kKernelKind{0, "kernels"};
 
 namespace {
 

@@ -14,7 +14,7 @@ struct Kind {
   const char* name;
   bool filters = true;  // it has those options of hits that crossings have, too
 };
-extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kArraysKind, kPictureKind;
+extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kArraysKind, kPictureKind, kKernelKind;
 
 /// Throws Error(Arguments) if an option is set that a kind does not have, or a truth value is neither 0 nor 1.
 void check_options(const BallotQuery& query, const Kind& kind);

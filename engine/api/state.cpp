@@ -51,6 +51,8 @@ Handles<BallotScene, SceneState>& scenes() { return forever<Handles<BallotScene,
 Handles<BallotBuffer, BufferState>& buffers() { return forever<Handles<BallotBuffer, BufferState>>(); }
 Handles<BallotJob, JobState>& jobs() { return forever<Handles<BallotJob, JobState>>(); }
 
+Handles<BallotKernel, KernelState>& kernels() { return forever<Handles<BallotKernel, KernelState>>(); }
+
 std::shared_ptr<DeviceState> use(const BallotDevice* handle) {
   auto state = devices().find(handle);
   const DeviceState* device = state.get();
@@ -65,6 +67,12 @@ std::shared_ptr<BufferState> use(const BallotBuffer* handle) {
   auto state = buffers().find(handle);
   const DeviceState* device = state ? state->device.get() : nullptr;
   return checked(std::move(state), device, "buffer");
+}
+
+std::shared_ptr<KernelState> use(const BallotKernel* handle) {
+  auto state = kernels().find(handle);
+  const DeviceState* device = state ? state->device.get() : nullptr;
+  return checked(std::move(state), device, "kernel");
 }
 
 std::shared_ptr<JobState> use(const BallotJob* handle) {
@@ -115,18 +123,19 @@ const char* thread_copy(const std::string& text) {
 BallotStatus report(LastError* error) {
   BallotStatus status = BALLOT_ERROR_WORK;
   std::string text;
+  bool has_lines = false;
   try {
     throw;
   } catch (const Refused& e) {
-    status = e.status, text = e.what();
+    status = e.status, text = e.what(), has_lines = e.has_lines;
   } catch (...) {
     FailureText failure = failure_text();
     status = failure.memory ? BALLOT_ERROR_MEMORY : BallotStatus(int(failure.kind));
     text = std::move(failure.text);
   }
   // A text is one line, also where it names what a file or a caller has called so.
-  std::ranges::replace_if(
-      text, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  const auto breaks = [](char c) { return c == '\n' || c == '\r'; };
+  if (!has_lines) std::ranges::replace_if(text, breaks, ' ');
   thread_error = text;
   if (error) error->set(text);
   return status;

@@ -23,8 +23,11 @@ namespace ballot::api {
 
 /// A failure with a code that ballot::Error does not have.
 struct Refused : std::runtime_error {
-  Refused(BallotStatus code, const std::string& text) : std::runtime_error(text), status(code) {}
+  /// `lines`: the text keeps its lines.
+  Refused(BallotStatus code, const std::string& text, bool lines = false)
+      : std::runtime_error(text), status(code), has_lines(lines) {}
   BallotStatus status;
+  bool has_lines;
 };
 
 /// The text of a handle's last failed call. Thread-safe.
@@ -202,6 +205,16 @@ struct BufferState {
   LastError error;
 };
 
+/// A user's kernel: its text, and the scenes that keep what they have made of it.
+struct KernelState {
+  ~KernelState();
+  std::shared_ptr<DeviceState> device;
+  UserText text;
+  UserInputs inputs;
+  std::vector<std::weak_ptr<SceneState>> scenes;  // with the device's mutex
+  LastError error;
+};
+
 /// Returns the array behind a buffer of a call for `count` records on the scene's device. `what` names its records.
 /// Throws Refused if the buffer holds other records, is of another device or too small.
 template <class T>
@@ -218,12 +231,14 @@ Handles<BallotDevice, DeviceState>& devices();
 Handles<BallotScene, SceneState>& scenes();
 Handles<BallotBuffer, BufferState>& buffers();
 Handles<BallotJob, JobState>& jobs();
+Handles<BallotKernel, KernelState>& kernels();
 
 /// Returns the state behind a handle. Throws Refused if it is closed or of another process.
 std::shared_ptr<DeviceState> use(const BallotDevice* handle);
 std::shared_ptr<SceneState> use(const BallotScene* handle);
 std::shared_ptr<BufferState> use(const BallotBuffer* handle);
 std::shared_ptr<JobState> use(const BallotJob* handle);
+std::shared_ptr<KernelState> use(const BallotKernel* handle);
 
 /// Returns the code and keeps the text of the exception that is being handled, for the thread and for a handle.
 BallotStatus report(LastError* error);
@@ -292,6 +307,17 @@ void write_struct(T* to, const T& value, const char* name) {
     throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: size is {}; begin with BALLOT_INIT({})", name, size, name));
   std::memcpy(static_cast<void*>(to), &value, std::min(size, sizeof(T)));
   to->size = size;
+}
+
+/// Writes the first `room` of some structs of the interface to an array whose first element has the size of all.
+template <class T>
+void write_structs(T* to, std::size_t room, const std::vector<T>& values, const char* name) {
+  const std::size_t stride = room ? to->size : 0;
+  for (std::size_t i = 0; i < room; ++i) {
+    auto* one = reinterpret_cast<T*>(reinterpret_cast<char*>(to) + i * stride);
+    one->size = stride;
+    write_struct(one, values[i], name);
+  }
 }
 
 }  // namespace ballot::api

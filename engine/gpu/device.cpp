@@ -107,6 +107,7 @@ void list_lacks(DeviceInfo& info) {
   lack(info.shuffle, "subgroup shuffle: packets keep their stack in shared memory and every lane loads each node");
   lack(info.buffer_address, "buffer device address: nodes are read through storage or texel buffers");
   lack(info.float64, "float64: numeric mode exact does not run");
+  lack(info.robust_buffers(), "pipeline robustness: kernels of users may read and write outside of their arrays");
   lack(info.timestamp_ns > 0, "timestamps: times are wall times of the host");
 }
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTED = ROOT / "tests/api/abi.txt"
-HEADERS = ["ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h"]
+HEADERS = ["ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h", "ballot_c_kernels.h"]
 
 
 def as_c(text: str) -> str:

@@ -60,8 +60,9 @@ def main() -> None:
     expect("files of the component runtime", runtime, ["LICENSE", "NOTICE", "libballot.so.1", "libballot.so.1.0.0"])
     run(["cmake", "--install", build, "--prefix", prefix, "--component", "development"])
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
-    expect("headers", headers, ["ballot.h", "ballot_c.h", "ballot_c_answers.h", "ballot_c_scenes.h", "ballot_device.h",
-                               "ballot_types.h", "ballot_views.h"])
+    expect("headers", headers,
+           ["ballot.h", "ballot_c.h", "ballot_c_answers.h", "ballot_c_kernels.h", "ballot_c_scenes.h",
+            "ballot_device.h", "ballot_kernel.h", "ballot_types.h", "ballot_views.h"])
 
     library = next(prefix.rglob("libballot.so"))
     symbols = run(["nm", "-D", "--defined-only", library]).split("\n")
@@ -69,7 +70,7 @@ def main() -> None:
     others = [name for name in names if not re.fullmatch(r"ballot_\w+|BALLOT_1", name)]
     expect("visible symbols other than ballot_*", others, [])
     api = HERE / "../../engine/api"
-    headers = ("ballot_c.h", "ballot_c_answers.h", "ballot_c_scenes.h")
+    headers = ("ballot_c.h", "ballot_c_answers.h", "ballot_c_kernels.h", "ballot_c_scenes.h")
     texts = [(api / name).read_text(encoding="utf-8") for name in headers]
     declared = set(re.findall(r"\b(ballot_\w+)\(", "".join(texts)))
     declared -= {"ballot_init", "ballot_rays", "ballot_rays_of_six", "ballot_points"}  # in the headers themselves

@@ -18,12 +18,13 @@ import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 
-HEADERS = ("ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h")
+HEADERS = ("ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h", "ballot_c_kernels.h")
 KINDS = ("hits", "crossings", "points", "within", "files")
 ROWS = {"BallotQuery": "kQueryRows", "BallotSceneOptions": "kSceneRows", "BallotHits": "kHitRows",
         "BallotNearest": "kNearestRows", "BallotSceneInfo": "kSceneInfoRows", "BallotMeshInfo": "kMeshInfoRows",
         "BallotInstanceInfo": "kInstanceInfoRows", "BallotAnimationInfo": "kAnimationInfoRows",
-        "BallotDeviceInfo": "kDeviceInfoRows", "BallotTimes": "kTimesRows"}  # fmt: skip
+        "BallotDeviceInfo": "kDeviceInfoRows", "BallotInputInfo": "kInputInfoRows",
+        "BallotTimes": "kTimesRows"}  # fmt: skip
 TYPES = {"BallotText": "Text", "BallotBool": "Bool", "uint32_t": "UInt32", "uint64_t": "UInt64", "float": "Float32",
          "double": "Float64", "char": "Chars", "float*": "Floats", "uint32_t*": "UInt32s", "uint8_t*": "Bools",
          "BallotHit*": "Hits", "BallotNearestPoint*": "Nearests"}  # fmt: skip

@@ -11,6 +11,7 @@ Scenes    Scene, load_scene; Scene.set_vertices moves vertices, Scene.set_time p
 Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
 On GPUs   Array holds rays or hits on the device; CUDA's libraries fill and read it without a copy.
+Kernels   Kernel is GLSL of yours that asks a scene, as often as it likes, for each index of a run.
 Pictures  render returns a Picture, an array that to_png() writes and notebooks show.
 Speed     bench measures methods.
 
@@ -63,9 +64,10 @@ from ._ballot import commit, names, version
 from ._bench import bench
 from ._device import Device, default_device, devices
 from ._door import AnimationInfo as Animation
-from ._door import Code, DeviceInfo, InstanceInfo, MeshInfo, SceneInfo, Times
+from ._door import Code, DeviceInfo, InputInfo, InstanceInfo, MeshInfo, SceneInfo, Times
 from ._errors import Error, PrecisionWarning
 from ._job import Job
+from ._kernel import Kernel
 from ._load import load_scene
 from ._picture import Picture, render
 from ._raycasting import RaycastingScene
@@ -83,8 +85,10 @@ __all__ = [
     "Device",
     "DeviceInfo",
     "Error",
+    "InputInfo",
     "InstanceInfo",
     "Job",
+    "Kernel",
     "Lists",
     "MeshInfo",
     "Picture",

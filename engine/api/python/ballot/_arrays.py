@@ -143,7 +143,8 @@ def _offered(out: Any, name: str) -> np.ndarray:
         ) from None
 
 
-def _writable(out: Any, name: str) -> np.ndarray:
+def writable(out: Any, name: str) -> np.ndarray:
+    """Returns the array that an object is or offers, which can be written as it lies."""
     array: np.ndarray = out if isinstance(out, np.ndarray) else _offered(out, name)
     if not array.flags.writeable:
         raise ValueError(f"{name}: the array is read-only; expected one that can be written")
@@ -172,7 +173,7 @@ def out_array(
     must not overlap the sources."""
     if out is None:
         return empty(shape, dtype)
-    array = _writable(out, name)
+    array = writable(out, name)
     if dtype == HIT and array.dtype == np.float32 and array.shape == (*shape, 4):
         array = array.view(HIT).reshape(shape)
     if dtype == np.bool_ and array.dtype == np.uint8:

@@ -237,6 +237,7 @@ void bind_scenes(nb::module_& m);
 void bind_pictures(nb::class_<SceneObject>& scene);
 void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene);
 void bind_arrays(nb::module_& m);
+void bind_kernels(nb::module_& m);
 
 /// Returns an array of NumPy that owns `data`.
 template <class T>

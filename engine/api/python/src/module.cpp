@@ -105,4 +105,5 @@ NB_MODULE(_ballot, m) {
   bind_memory(m);
   bind_scenes(m);
   bind_arrays(m);
+  bind_kernels(m);
 }

@@ -14,7 +14,7 @@ import numpy as np
 import reference as ref
 
 MODULES = [
-    "_array", "_device", "_picture", "_raycasting", "_scene", "trimesh_ray",
+    "_array", "_device", "_kernel", "_picture", "_raycasting", "_scene", "trimesh_ray",
     "examples.ambient_occlusion", "examples.lidar", "examples.line_of_sight",
 ]  # fmt: skip
 
