@@ -293,9 +293,9 @@ WholeText whole_text(const UserText& user) {
   if (c.intersects) whole.defines.emplace_back("CALLED_INTERSECT", 1);
   if (c.intersects && declared.contains("is_shape")) whole.defines.emplace_back("CALLED_IS_SHAPE", 1);
   check_numeric(user, c);
-  if (c.intersects && (c.count || c.closest))
-    fail(Failure::Arguments, "kernel {}: {} has intersect() and calls {}(), which knows triangles alone", user.name,
-         user.file, c.count ? "count" : "closest");
+  if (c.intersects && c.closest)
+    fail(Failure::Arguments, "kernel {}: {} has intersect() and calls closest(), which knows triangles alone",
+         user.name, user.file);
   whole.text = fmt::format(
       "#version 460\n#extension GL_GOOGLE_include_directive : require\n{}{}#define main ballot_main\n"
       "#line {} \"{}\"\n{}\n#line 1 \"the end of {}\"\n#undef main\n"

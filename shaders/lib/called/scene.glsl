@@ -7,7 +7,7 @@
 //   Nearest closest(vec3 point)                the closest point of the triangles
 //   Nearest closest(vec3 point, float farthest)  the same, no farther away than that
 //   bool accept(Hit hit)                       the user's, if he writes it: a hit that it refuses is left out by
-//                                              nearest(), any() and count()
+//                                              nearest(), any(), count() and closest()
 //   bool intersect(uint prim, Ray ray, inout Hit hit)
 //                                              the user's, if he writes it: finds what a ray meets of his shape `prim`,
 //                                              sets t, u and v of the hit, and returns true if there is any
@@ -23,12 +23,12 @@
 // What is called alone is compiled: CALLS_NEAREST, CALLS_ANY, CALLS_COUNT, CALLS_CLOSEST are 1 if it is, else 0.
 // CALLED_ACCEPT, CALLED_INTERSECT and CALLED_IS_SHAPE are defined if there is such a function of the user's.
 //
-// accept() sees every triangle that count() would count; of nearest() every one that is nearer than what was accepted
-// before it; of any() every one until it accepts one. The order is the walk's. So an answer does not depend on the
+// accept() sees every triangle that count() would count; of nearest() and closest() every one that is nearer than what
+// was accepted before it; of any() every one until it accepts one. Of closest() t is the distance. The order is the walk's. So an answer does not depend on the
 // order if accept() goes by nothing but the hit and what was set before the call. It must not call the scene.
 //
 // intersect() gets the ray in the space of the mesh, its direction scaled by a power of two, and with the t_max that a
-// hit has to be within; t counts multiples of that direction. What it finds must lie in the box that the user gave for
+// hit has to be within; t counts multiples of that direction. count() counts a shape once. What it finds must lie in the box that the user gave for
 // the shape, but for rounding of its own, which he adds to the box: a ray that misses the box is not shown to it.
 #define METHOD_CALLED
 #if CALLS_ANY
@@ -85,6 +85,21 @@ bool any(Ray ray) {
 #define IS_UNDER_WAY(w, live) is_walking()
 #endif
 
+#ifdef CALLED_INTERSECT
+// crosses() for triangles and shapes.
+bool crosses_any(Walker w, uint texel, out Hit hit, out Doubt doubt) {
+  uint prim = fetch_triangle(texel, AS_STORED).a.w;
+#ifdef CALLED_IS_SHAPE
+  if (!is_shape(scene_prim(prim))) return crosses(w, texel, hit, doubt);
+#endif
+  float t, u, v;
+  bool met = meets_shape(w.ray, prim, t, u, v) && t >= w.ray.t_min && t <= w.ray.t_max;
+  hit = Hit(SCENE_T(t), SCENE_PRIM(prim), u, v);
+  doubt = Doubt(false, hit.t, hit.t);
+  return met;
+}
+#endif
+
 uint count(Ray ray) {
   asked_ray = ray;
   uint found = 0u;
@@ -107,6 +122,16 @@ uint count(Ray ray) {
 
 #if CALLS_CLOSEST
 #include "../query/closest_point.glsl"
+
+#ifdef CALLED_ACCEPT
+bool is_accepted(Probe p, uint texel, uint prim) {
+  Around t = around(p, texel);
+  Near n = nearest_of(t);
+  Foot f = foot_of(t, n);
+  precise float root = sqrt(n.distance2);
+  return accept(Hit(root * (1.0 / p.scale), prim, f.weights.y, f.weights.z));
+}
+#endif
 
 Nearest closest(vec3 point, float farthest) {
 #if BALLOT_INSTANCES
@@ -134,7 +159,7 @@ uint scene_prim(uint prim) {
 }
 #endif
 
-#ifdef CALLED_ACCEPT
+#if defined(CALLED_ACCEPT) && (CALLS_NEAREST || CALLS_ANY)
 bool is_accepted(Hit hit) {
   uint prim = scene_prim(prim_at(hit.prim));
 #if BALLOT_INSTANCES

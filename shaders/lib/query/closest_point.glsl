@@ -25,13 +25,22 @@ float reach_of(Probe p, float distance2) {
   return p.far ? uintBitsToFloat(floatBitsToUint(distance2) - 1u) : distance2;
 }
 
+#ifdef CALLED_ACCEPT
+bool is_accepted(Probe p, uint texel, uint prim);
+#endif
+
 void consider_nearest(Probe p, inout Best best, uint texel) {
   uint prim = PRIM_OF(texel);
 #if BALLOT_MASKS
   if (is_masked(prim)) return;
 #endif
   float d = nearest_of(around(p, texel)).distance2;
+#ifdef CALLED_ACCEPT
+  bool is_nearer = d < best.distance2 || (d == best.distance2 && prim < best.prim);
+  if (is_nearer && is_accepted(p, texel, prim)) {
+#else
   if (d < best.distance2 || (d == best.distance2 && prim < best.prim)) {
+#endif
     best.distance2 = d;
     best.reach2 = reach_of(p, d);
     best.prim = prim;

@@ -15,7 +15,11 @@
         }
         Hit hit;
         Doubt doubt;
+#ifdef CALLED_INTERSECT
+        bool crossed = crosses_any(w, texel, hit, doubt);
+#else
         bool crossed = crosses(w, texel, hit, doubt);
+#endif
 #ifdef CALLED_ACCEPT
         if (crossed) crossed = accept(Hit(hit.t * scale, hit.prim, hit.u, hit.v));
 #endif
