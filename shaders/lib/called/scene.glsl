@@ -24,12 +24,14 @@
 // CALLED_ACCEPT, CALLED_INTERSECT and CALLED_IS_SHAPE are defined if there is such a function of the user's.
 //
 // accept() sees every triangle that count() would count; of nearest() and closest() every one that is nearer than what
-// was accepted before it; of any() every one until it accepts one. Of closest() t is the distance. The order is the walk's. So an answer does not depend on the
-// order if accept() goes by nothing but the hit and what was set before the call. It must not call the scene.
+// was accepted before it; of any() every one until it accepts one. Of closest() t is the distance. The order is the
+// walk's. So an answer does not depend on the order if accept() goes by nothing but the hit and what was set before the
+// call. It must not call the scene.
 //
 // intersect() gets the ray in the space of the mesh, its direction scaled by a power of two, and with the t_max that a
-// hit has to be within; t counts multiples of that direction. count() counts a shape once. What it finds must lie in the box that the user gave for
+// hit has to be within; t counts multiples of that direction. What it finds must lie in the box that the user gave for
 // the shape, but for rounding of its own, which he adds to the box: a ray that misses the box is not shown to it.
+// count() counts a shape once.
 #define METHOD_CALLED
 #if CALLS_ANY
 #undef BALLOT_ANY_HIT

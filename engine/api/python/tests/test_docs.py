@@ -7,15 +7,20 @@ import os
 import pathlib
 import subprocess
 import sys
+import tempfile
 import unittest
 
 import ballot
 import numpy as np
 import reference as ref
 
+EXAMPLES = [
+    "ambient_occlusion", "foliage", "irradiance", "lidar", "line_of_sight", "occlusion_kernel", "path_tracer",
+    "view_factors",
+]  # fmt: skip
 MODULES = [
     "_array", "_device", "_kernel", "_picture", "_raycasting", "_scene", "trimesh_ray",
-    "examples.ambient_occlusion", "examples.lidar", "examples.line_of_sight",
+    *(f"examples.{name}" for name in EXAMPLES),
 ]  # fmt: skip
 
 
@@ -35,17 +40,23 @@ class Docs(unittest.TestCase):
         self.assertEqual(result.failed, 0)
 
     def test_examples_run(self):
-        for name in ("lidar", "ambient_occlusion", "line_of_sight"):
-            with self.subTest(name):
+        for name in EXAMPLES:
+            with self.subTest(name), tempfile.TemporaryDirectory() as folder:
                 done = subprocess.run(
                     [sys.executable, "-m", f"ballot.examples.{name}"],
                     capture_output=True,
                     text=True,
                     timeout=120,
                     check=False,
+                    cwd=folder,
                 )
                 self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertTrue(done.stdout)
+
+    def test_examples_are_short(self):
+        folder = pathlib.Path(ballot.__file__).parent / "examples"
+        for name in EXAMPLES:
+            self.assertLessEqual(len((folder / f"{name}.py").read_text().splitlines()), 80, name)
 
     def test_every_name_is_described(self):
         for name in ballot.__all__:
