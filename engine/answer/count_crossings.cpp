@@ -55,15 +55,15 @@ class RayQueries::Parts::CountAnswerer : public Answerer<Ray, std::uint32_t> {
     if (parts_.kernels.count_there(parts_.variant, chunk, masks, times) == 0) return;
     std::vector<std::uint32_t> counts(chunk.here.size());
     chunk.answers.download(counts);
-    RayPart asked{{chunk.here.begin(), chunk.here.end()}, masks};
+    RayPart asked{chunk.here.part(0, chunk.here.size()), masks};
     CountWalks walks{parts_.kernels, parts_.variant, asked, times};
     repair(walks, std::span(counts), kFirstPieces, parts_.gpu, times);
     chunk.answers.upload(counts);
   }
-  std::span<const std::uint32_t> end(std::span<const Ray> rays, std::span<std::uint32_t> counts) override {
+  std::span<const std::uint32_t> end(const Questions<Ray>& rays, std::span<std::uint32_t> counts) override {
     const std::vector<std::uint32_t> masks = std::move(masks_.front());
     masks_.pop_front();
-    if (parts_.query.exact) parts_.exact_lists->count({rays, masks}, counts);
+    if (parts_.query.exact) parts_.exact_lists->count({rays.all(), masks}, counts);
     return order_.empty() ? counts : rearranged_.back(counts, order_);
   }
 
@@ -86,7 +86,8 @@ class RayQueries::Parts::CountAnswerer : public Answerer<Ray, std::uint32_t> {
 TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take, const CrossingQuery& query) {
   if (source.count == 0) return {};
   parts_->begin(source, query);
-  Stream<Ray, std::uint32_t> stream{.most = source.count, .take = take, .progress = source.progress};
+  Stream<Ray, std::uint32_t> stream{
+      .most = source.count, .make = source.make, .take = take, .progress = source.progress};
   stream.next = [&](std::uint64_t first, std::span<Ray> room) {
     source.read(first, room);
     return room.size();

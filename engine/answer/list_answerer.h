@@ -60,7 +60,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
     under_way_.push_back(std::move(now));
   }
 
-  std::span<const std::uint32_t> end(std::span<const Question> questions, std::span<std::uint32_t> numbers) override {
+  std::span<const std::uint32_t> end(const Questions<Question>& asked, std::span<std::uint32_t> numbers) override {
     const UnderWay mine = std::move(under_way_.front());
     under_way_.pop_front();
     std::uint64_t sum = 0;
@@ -71,6 +71,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
       records_ = mine.records.first(std::size_t(sum));
       return numbers;
     }
+    const std::span<const Question> questions = asked.all();
     Lists lists{alone_ ? rows(numbers) : places(numbers, mine), {}};
     lists.records = alone_ ? mapped(*rooms_.rows) : mine.records;
     list_open({questions, mine.masks, numbers}, lists);

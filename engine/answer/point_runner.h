@@ -128,10 +128,10 @@ class Runner {
       // Of answers that the host settles none is done before.
       runner_.run_there(c.questions, c.answers, 0, c.count(), {}, times, settle_ ? Launched() : c.launched, masks);
     }
-    std::span<const Answer> end(std::span<const ProbePoint> points, std::span<Answer> answers) override {
+    std::span<const Answer> end(const Questions<ProbePoint>& points, std::span<Answer> answers) override {
       const std::vector<std::uint32_t> masks = std::move(masks_.front());
       masks_.pop_front();
-      if (settle_) settle_(points, masks, answers);
+      if (settle_) settle_(points.all(), masks, answers);
       return order_.empty() ? answers : rearranged_.back(answers, order_);
     }
 

@@ -5,6 +5,7 @@
 
 #include "engine/answer/crossing_kernels.h"
 #include "engine/answer/lists.h"
+#include "engine/answer/made_questions.h"
 #include "engine/answer/point_parts.h"
 #include "engine/core/interruption.h"
 #include "engine/tree/host/build.h"
@@ -88,6 +89,7 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
     for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
+  for (KernelSource& source : making_sources()) sources.push_back(std::move(source));
   sources.push_back(places_source());
   for (const std::uint32_t words : {2u, 4u}) sources.push_back(order_source(words));
   return sources;

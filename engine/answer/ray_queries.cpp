@@ -103,7 +103,7 @@ class RayQueries::Parts::FirstAnswerer : public Answerer<Ray, Hit> {
     kernel.bind(BIND_CROSSINGS, buffer_for(parts_.numbers, parts_.gpu, chunk.here.size(), "numbers of crossings"));
     if (kernel.answer(0, chunk.count(), crossings_.whole(), times, chunk.launched) > 0) finish(chunk, masks, times);
   }
-  std::span<const Hit> end(std::span<const Ray>, std::span<Hit> hits) override {
+  std::span<const Hit> end(const Questions<Ray>&, std::span<Hit> hits) override {
     return order_.empty() ? hits : rearranged_.back(hits, order_, width());
   }
 
@@ -115,9 +115,9 @@ class RayQueries::Parts::FirstAnswerer : public Answerer<Ray, Hit> {
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (found[i] != UNFINISHED) continue;
       RayPart one;
-      one.add(chunk.here, masks, i);
+      one.add(chunk.here.all(), masks, i);
       std::vector<Hit> hits = lists_.list_in_pieces(one);
-      crossings_.put_in_order(chunk.here[i], hits);
+      crossings_.put_in_order(chunk.here.all()[i], hits);
       hits.resize(width(), kMiss);
       chunk.answers.upload(hits, i * width());
     }
@@ -175,7 +175,7 @@ TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, cons
   }
   Parts::Crossings crossings(*parts_, source);
   ListAnswerer<Ray, Hit> answerer(parts_->gpu, crossings, parts_->rooms);
-  Stream<Ray, std::uint32_t> stream{.most = source.count, .progress = source.progress};
+  Stream<Ray, std::uint32_t> stream{.most = source.count, .make = source.make, .progress = source.progress};
   stream.next = reader_of(source);
   stream.take = [&](std::uint64_t first, std::span<const std::uint32_t> counts) {
     take(first, counts, answerer.records());
@@ -195,7 +195,7 @@ TraceTimes RayQueries::first(const RaySource& source, std::uint32_t most, const 
   parts_->begin(source, query);
   Parts::Crossings crossings(*parts_, source);
   Parts::FirstAnswerer answerer(*parts_, crossings);
-  Stream<Ray, Hit> stream{.most = source.count, .take = take, .progress = source.progress};
+  Stream<Ray, Hit> stream{.most = source.count, .make = source.make, .take = take, .progress = source.progress};
   stream.next = reader_of(source);
   return StreamRing::of(parts_->gpu).run(stream, answerer);
 }

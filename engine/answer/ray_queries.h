@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/answer/dispatch.h"
+#include "engine/answer/stream.h"
 #include "shaders/shared/query.h"
 
 namespace ballot {
@@ -17,6 +17,8 @@ struct RaySource {
   std::uint64_t count = 0;
   /// Writes the rays from number `first` on. Called once for each part.
   std::function<void(std::uint64_t first, std::span<Ray> room)> read;
+  /// As Stream::make, with read() for next().
+  MakeQuestions<Ray> make = {};
   /// Is called after each part with the number of rays that are done. May throw to end the query. May be empty.
   std::function<void(std::uint64_t done)> progress = {};
   /// Writes the masks of the rays from number `first` on. May be empty: all bits.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <concepts>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -16,6 +17,10 @@
 
 namespace ballot {
 
+/// Records passes that write questions [first, first + count) to the front of a buffer on the device.
+template <class Question>
+using MakeQuestions = std::function<void(std::uint64_t first, std::uint32_t count, const Buffer<Question>& to)>;
+
 /// The two ends of a stream of questions, such as rays or points. They are called from the thread that asks, in the
 /// order of the questions.
 template <class Question, class Answer>
@@ -24,6 +29,9 @@ struct Stream {
   /// Writes the questions from number `first` on, which come next, to the front of `room` and returns how many. Fewer
   /// than room.size() end the stream.
   std::function<std::size_t(std::uint64_t first, std::span<Question> room)> next = {};
+  /// Has a device that is no CPU make the questions, of which there are `most`. The host then calls next() for those
+  /// that it has to look at, in any order. May be empty.
+  MakeQuestions<Question> make = {};
   /// Takes the answers to the questions from number `first` on, which come next: Answerer::width() for each. The span
   /// is valid until the function returns. If the device wrote the answers in place, it is the span that in_place()
   /// gave; if the driver refused that memory, it is another.
@@ -51,13 +59,47 @@ Stream<Question, Answer> stream_of(std::span<const Question> questions, std::spa
 /// Returns how many of the records are hits: their prim is not NO_HIT.
 std::uint64_t count_hits(std::span<const Hit> hits);
 
+/// Questions of a chunk in the host's memory. Those that the device makes are read when they are asked for.
+template <class Question>
+class Questions {
+ public:
+  using Read = std::function<void(std::size_t first, std::span<Question> to)>;
+  template <std::convertible_to<std::span<const Question>> Here>
+  Questions(const Here& here) : here_(here) {
+    size_ = here_.size();
+  }
+  Questions(std::size_t size, Read read) : size_(size), read_(std::move(read)) {}
+
+  std::size_t size() const { return size_; }
+  /// Returns questions [first, first + count).
+  std::vector<Question> part(std::size_t first, std::size_t count) const {
+    std::vector<Question> some(count);
+    if (read_)
+      read_(first, some);
+    else
+      std::ranges::copy(here_.subspan(first, count), some.begin());
+    return some;
+  }
+  /// Returns all questions, valid as long as this object.
+  std::span<const Question> all() const {
+    if (here_.size() < size_) here_ = kept_ = part(0, size_);
+    return here_;
+  }
+
+ private:
+  std::size_t size_ = 0;
+  Read read_ = {};
+  mutable std::vector<Question> kept_;
+  mutable std::span<const Question> here_;
+};
+
 /// Questions of a stream that are answered together, and where their answers go.
 template <class Question, class Answer>
 struct Chunk {
   const Buffer<Question>& questions;
   Buffer<Answer>& answers;
-  std::span<const Question> here;  // the same questions in the host's memory
-  std::uint64_t first = 0;         // the number of the first
+  const Questions<Question>& here;  // the same questions in the host's memory
+  std::uint64_t first = 0;          // the number of the first
   /// To be called, if the device works in parts, with the number of answers that it has.
   const std::function<void(std::uint32_t)>& launched;
 
@@ -96,7 +138,7 @@ class Answerer {
   /// Has the device answer a chunk: records that, or does it and waits.
   virtual void answer(const Chunk<Question, Answer>& chunk, TraceTimes& times) = 0;
   /// Completes the answers of a chunk in the host's memory, and returns them in the order in which the questions came.
-  virtual std::span<const Answer> end(std::span<const Question>, std::span<Answer> answers) { return answers; }
+  virtual std::span<const Answer> end(const Questions<Question>&, std::span<Answer> answers) { return answers; }
 };
 
 /// The buffers that streams go through. They are kept for the next stream, of any kind. A GPU has three sets: while it

@@ -79,7 +79,7 @@ class StreamRing::Run {
       begun_ += count;
       more = count == asked && begun_ < stream_.most;
       if (count == 0) break;
-      slot.count = std::uint32_t(count);
+      slot.count = std::uint32_t(count), slot.first = begun_ - count;
       answer(slot);
     }
     for (std::size_t i = 0; i < slots_.size(); ++i) deliver(slots_[(turn + i) % slots_.size()]);
@@ -105,6 +105,7 @@ class StreamRing::Run {
     std::optional<Buffer<Question>> questions_here = {};  // the host's side, on a device with memory of its own
     std::optional<Buffer<Answer>> answers_here = {};
     std::uint32_t count = 0;                                  // questions in it; 0: free
+    std::uint64_t first = 0;                                  // number of the first
     std::uint64_t submission = 0;                             // that answers them
     std::optional<Buffer<Question>> questions_in_place = {};  // the caller's arrays, while the device uses them
     std::optional<Buffer<Answer>> answers_in_place = {};
@@ -140,6 +141,7 @@ class StreamRing::Run {
   /// device uses the caller's arrays in place.
   std::size_t fill(Slot& slot, std::size_t& asked) {
     slot.questions_in_place.reset(), slot.answers_in_place.reset();
+    if (makes()) return asked;
     const bool alone = slots_.size() == 1;
     if (alone && answerer_.in_place() && stream_.in_place && ring_.imports_ && asked >= kInPlace) {
       const auto places = stream_.in_place(begun_, kInPlace);
@@ -157,15 +159,25 @@ class StreamRing::Run {
     return count;
   }
 
+  /// Returns true if the device makes the questions.
+  bool makes() const { return stream_.make && !ring_.is_alone(); }
+  Questions<Question> asked(Slot& slot) const {
+    if (!makes()) return std::span<const Question>(slot.asked());
+    return {slot.count,
+            [this, from = slot.first](std::size_t first, std::span<Question> to) { stream_.next(from + first, to); }};
+  }
+
   void answer(Slot& slot) {
-    if (slot.questions_here)
+    if (makes())
+      stream_.make(slot.first, slot.count, slot.questions);
+    else if (slot.questions_here)
       gpu_.pass("copying questions in",
                 [&](Commands& cmd) { cmd.copy(*slot.questions_here, slot.questions, slot.count * sizeof(Question)); });
     const std::function<void(std::uint32_t)> launched = [&](std::uint32_t done) {
       if (stream_.progress && done < slot.count) stream_.progress(done_ + done);
     };
-    const std::uint64_t first = begun_ - slot.count;
-    answerer_.answer({slot.from(), slot.to(), slot.asked(), first, launched}, times_);
+    const Questions<Question> here = asked(slot);
+    answerer_.answer({slot.from(), slot.to(), here, slot.first, launched}, times_);
     if (slot.answers_here)
       gpu_.pass("copying answers out", [&](Commands& cmd) {
         cmd.copy(slot.answers, *slot.answers_here, slot.count * width_ * sizeof(Answer));
@@ -176,7 +188,7 @@ class StreamRing::Run {
   void deliver(Slot& slot) {
     if (slot.count == 0) return;
     gpu_.wait(slot.submission);
-    const std::span<const Answer> answers = answerer_.end(slot.asked(), slot.given(width_));
+    const std::span<const Answer> answers = answerer_.end(asked(slot), slot.given(width_));
     stream_.take(done_, answers);
     done_ += std::exchange(slot.count, 0);
     if (stream_.progress) stream_.progress(done_);

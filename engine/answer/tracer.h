@@ -97,7 +97,7 @@ class Tracer {
     return chooser_.resolve(std::move(query), rays, count, batch);
   }
   /// Names the class of rays in a query of method auto that names none (Chooser::classify).
-  void classify(Query& query, std::span<const Ray> rays, std::size_t batch = 0) const {
+  void classify(Query& query, const Questions<Ray>& rays, std::size_t batch = 0) const {
     chooser_.classify(query, rays, batch);
   }
 

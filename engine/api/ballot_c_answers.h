@@ -25,14 +25,14 @@ typedef struct BallotRay {
 enum { BALLOT_FLOAT32 = 0, BALLOT_FLOAT64 = 1, BALLOT_UINT32 = 2 };
 #define BALLOT_AXES 8 /* the most axes of a shape */
 
-/* One number, or three, of each question, as they lie in the caller's memory, at any address. float64 is rounded to the
- * nearest float32, beyond its range to infinity. Numbers that stand for all questions are read before the call returns,
- * also by ballot_submit(). */
+/* Numbers of each question, one, three or twelve, as they lie in the caller's memory, at any address. float64 is
+ * rounded to the nearest float32, beyond its range to infinity. Numbers that stand for all questions are read before
+ * the call returns, also by ballot_submit(). What many questions share is carried to a GPU once. */
 typedef struct BallotColumn {
   const void* data BALLOT_ZERO;              /* of the first question; NULL: the column's default */
   ptrdiff_t stride[BALLOT_AXES] BALLOT_ZERO; /* bytes from one question to the next along each axis; 0: one for all */
   uint32_t type BALLOT_ZERO;                 /* BALLOT_FLOAT32 or BALLOT_FLOAT64; of masks BALLOT_UINT32 */
-  ptrdiff_t gap BALLOT_ZERO;                 /* bytes between a number and the next of its three; 0: side by side */
+  ptrdiff_t gap BALLOT_ZERO;                 /* bytes between a number and the next of a question; 0: side by side */
 } BallotColumn;
 
 /* Rays. {n} is the shape of n rays, {h, w} that of h rows of w, whose neighbours in the last axis are neighbours in the
@@ -45,6 +45,13 @@ typedef struct BallotRays {
   BallotColumn t_min BALLOT_ZERO;        /* NULL: 0 */
   BallotColumn t_max BALLOT_ZERO;        /* NULL: no end */
   BallotColumn mask BALLOT_ZERO;         /* an instance is left out whose mask shares no bit with it; NULL: all bits */
+  /* Twelve numbers, a 3 x 4 matrix m by rows, as of BallotInstances: moves the origin o as a point and the direction d
+   * as a vector; t keeps its meaning. NULL: none. m is rounded to float32; then the host and every device compute o'[i]
+   * as ((m[i][0] * o[0] + m[i][1] * o[1]) + m[i][2] * o[2]) + m[i][3] and d'[i] so without the last term, each product
+   * and sum rounded to float32: bit for bit the same, but for parts below 2^-126, which devices may take for 0. A pose
+   * of all rays is finite; a ray of one that is not is dead. {poses, h, w} with the strides of direction {0, .., ..}
+   * and of pose {.., 0, 0} are the rays of a camera or scanner from each pose. */
+  BallotColumn pose BALLOT_ZERO;
 } BallotRays;
 
 /* Returns rays that lie as records. */
@@ -79,6 +86,9 @@ typedef struct BallotPoints {
   /* An instance is left out whose mask shares no bit with it; NULL: all bits. Not with signed distances and inside,
    * which are told of the whole scene. */
   BallotColumn mask BALLOT_ZERO;
+  /* Instead of at: one number each. {nx, ny, nz} with strides {4, 0, 0}, {0, 4, 0} and {0, 0, 4} are a grid of three
+   * axes. */
+  BallotColumn x BALLOT_ZERO, y BALLOT_ZERO, z BALLOT_ZERO;
 } BallotPoints;
 
 /* Returns points that lie side by side: three floats each. */

@@ -129,8 +129,8 @@ inline Instances instances(std::span<const float> transforms, std::span<const st
   return all;
 }
 
-/// Numbers of questions as they lie in the caller's memory: one of each, or three, a point or direction. double is
-/// rounded to the nearest float, beyond its range to infinity.
+/// Numbers of questions as they lie in the caller's memory: one of each, or three, a point or direction, or the 12 of a
+/// pose. double is rounded to the nearest float, beyond its range to infinity.
 struct Column {
   /// Bytes from one question to the next along each axis.
   using Strides = std::array<std::ptrdiff_t, BALLOT_AXES>;
@@ -150,7 +150,7 @@ struct Column {
   template <std::convertible_to<std::span<const std::uint32_t>> Numbers>
   Column(const Numbers& side_by_side) : Column(std::span<const std::uint32_t>(side_by_side), BALLOT_UINT32) {}
   /// At any stride: bytes from one question to the next along each axis of the view's shape, 0: one for all; `gap`:
-  /// bytes between a number and the next of its three.
+  /// bytes between a number and the next of a question.
   Column(const float* first, const Strides& bytes, std::ptrdiff_t gap_bytes = 0)
       : kind(Kind::Strided), data(first), strides(bytes), gap(gap_bytes) {}
   /// The same for double.
@@ -164,7 +164,7 @@ struct Column {
   std::array<float, 3> own = {};        // numbers that stand for all questions
   std::size_t numbers = 0;              // of `own`, or side by side
   Strides strides = {};                 // as they were given
-  std::ptrdiff_t gap = 0;               // bytes between the three numbers of a question; 0: side by side
+  std::ptrdiff_t gap = 0;               // bytes between the numbers of a question; 0: side by side
   std::uint32_t type = BALLOT_FLOAT32;  // or BALLOT_FLOAT64; of masks BALLOT_UINT32
 
  private:
@@ -182,8 +182,18 @@ struct RayView {
   Column origins, directions;     // three numbers each
   Column t_min = {}, t_max = {};  // 0, and no end
   Column masks = {};              // std::uint32_t: as BallotRays::mask; all bits
+  Column poses = {};              // 12 numbers each, as BallotRays::pose: matrices that move the rays; none
   Shape shape = {};               // empty: that of the columns
 };
+
+/// Returns rays of shape {poses, directions}: each direction (3 numbers) from each pose (12 numbers, as
+/// RayView::poses), such as those of a camera's pixels or of a scanner's turn. The arrays must outlive it.
+inline RayView from_poses(std::span<const float> directions, std::span<const float> poses) {
+  return {.origins = {0, 0, 0},
+          .directions = Column(directions.data(), {0, std::ptrdiff_t(3 * sizeof(float))}),
+          .poses = Column(poses.data(), {std::ptrdiff_t(12 * sizeof(float)), 0}),
+          .shape = {poses.size() / 12, directions.size() / 3}};
+}
 
 /// Returns the view of rays that lie as records, to which masks may be added.
 inline RayView rays(std::span<const Ray> records) {
@@ -199,11 +209,21 @@ inline RayView rays(std::span<const Ray> records) {
 
 /// Points by their columns.
 struct PointView {
-  Column at;          // three numbers each
+  Column at = {};     // three numbers each
   Column limit = {};  // triangles farther away are not looked for: one above 0 for all, or of each; none: no limit
   Column masks = {};  // std::uint32_t: as BallotPoints::mask; all bits
-  Shape shape = {};   // empty: that of the columns
+  Column x = {}, y = {}, z = {};  // instead of `at`: one number each
+  Shape shape = {};               // empty: that of the columns
 };
+
+/// Returns the points of a grid, of shape {x.size(), y.size(), z.size()}. The arrays must outlive it.
+inline PointView grid(std::span<const float> x, std::span<const float> y, std::span<const float> z) {
+  constexpr auto kStep = std::ptrdiff_t(sizeof(float));
+  return {.x = Column(x.data(), {kStep, 0, 0}),
+          .y = Column(y.data(), {0, kStep, 0}),
+          .z = Column(z.data(), {0, 0, kStep}),
+          .shape = {x.size(), y.size(), z.size()}};
+}
 
 /// Lists of triangles, one for each question: that of question i is hits[offsets[i]] to hits[offsets[i + 1]] - 1.
 struct Lists {

@@ -22,9 +22,10 @@ class CrossingCall {
   CrossingQuery& query() { return query_; }
 
   /// Returns the rays in their order, with their masks.
-  RaySource source(Watch& watch) const {
+  RaySource source(Watch& watch, Context& gpu) const {
     RaySource source;
     source.count = rays_.count();
+    source.make = rays_.make_there(gpu, order_);
     if (watch)
       source.progress = [&watch, count = rays_.count()](std::uint64_t done) { watch(double(done) / double(count)); };
     source.read = [this](std::uint64_t first, std::span<Ray> room) { rays_.read(order_, std::size_t(first), room); };
@@ -93,7 +94,7 @@ BallotTimes count_crossings(SceneState& scene, const RayArray& rays, std::int64_
       });
     });
   };
-  return clock.times(scene.world->rays().count(call.source(watch), take, call.query()), hits);
+  return clock.times(scene.world->rays().count(call.source(watch, *scene.device->gpu), take, call.query()), hits);
 }
 
 BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const BallotLists& lists, const BallotQuery& query,
@@ -107,14 +108,14 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
     out.write(first, counts, found);
   };
-  const TraceTimes spent = scene.world->rays().list(call.source(watch), take, call.query());
+  const TraceTimes spent = scene.world->rays().list(call.source(watch, *scene.device->gpu), take, call.query());
   return clock.times(spent, out.found());
 }
 
 BallotTimes list_within(SceneState& scene, const PointArray& points, const BallotLists& lists, Watch& watch) {
   const Clock clock;
   ListArrays out(lists, *scene.device, "points");
-  InsideStream stream{.most = points.count()};
+  InsideStream stream{.most = points.count(), .make = points.make_there(*scene.device->gpu)};
   stream.next = [&](std::uint64_t first, std::span<ProbePoint> room) {
     points.read(first, room);
     return room.size();
@@ -154,7 +155,7 @@ TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const Ballot
     for (std::size_t i = 0; i < rows.size(); i += most) hits += rows[i].prim != NO_HIT;
     out.write(std::size_t(first) * most, rows);
   };
-  return scene.world->rays().first(call.source(watch), most, take, call.query());
+  return scene.world->rays().first(call.source(watch, *scene.device->gpu), most, take, call.query());
 }
 
 }  // namespace ballot::api

@@ -50,8 +50,9 @@ void need_closed(ballot::DeviceScene& world) {
 /// Returns the points as the engine asks for them, whose answers `out` writes. Their walks are shares [begin, end] of
 /// the call.
 template <class Answer, class Out>
-Stream<ProbePoint, Answer> stream_of(const PointArray& points, Out& out, Watch& watch, double begin, double end) {
-  Stream<ProbePoint, Answer> stream{.most = points.count()};
+Stream<ProbePoint, Answer> stream_of(const PointArray& points, const MakeQuestions<ProbePoint>& make, Out& out,
+                                     Watch& watch, double begin, double end) {
+  Stream<ProbePoint, Answer> stream{.most = points.count(), .make = make};
   stream.next = [&points](std::uint64_t first, std::span<ProbePoint> room) {
     points.read(first, room);
     return room.size();
@@ -140,12 +141,14 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   if (out.wants_sides() && !query.assume_closed) need_wound(world);
   const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
   how.sides = out.wants_sides();
+  const MakeQuestions<ProbePoint> make = points.make_there(*scene.device->gpu);
   TraceTimes spent;
   if (out.wants_nearest())
     spent =
-        world.points().nearest(stream_of<Nearest>(points, out, watch, 0, between), PointMasks(scene, points).on(how));
+        world.points().nearest(stream_of<Nearest>(points, make, out, watch, 0, between), PointMasks(scene, points).on(how));
   if (out.wants_inside())
-    spent.device_ms += world.points().inside(stream_of<std::uint32_t>(points, out, watch, between, 1), how).device_ms;
+    spent.device_ms +=
+        world.points().inside(stream_of<std::uint32_t>(points, make, out, watch, between, 1), how).device_ms;
   return clock.times(spent, out.found());
 }
 

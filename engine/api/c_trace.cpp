@@ -32,6 +32,7 @@ BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
             call.rays.read(order, std::size_t(first), room);
             return room.size();
           },
+      .make = call.rays.make_there(*scene.device->gpu, order),
       .take = [&](std::uint64_t first, std::span<const Hit> hits) { out.write(std::size_t(first), hits); },
       .in_place =
           [&](std::uint64_t first, std::size_t count) {

@@ -22,6 +22,8 @@ class RowOrder {
 
   /// Length of a row; 0: the rays keep their order.
   std::size_t width() const { return width_; }
+  /// The rays that are taken in tiles: those of whole bands of rows.
+  std::size_t tiled() const { return tiled_; }
 
   /// Calls work(i, place, n) for each run of rays that stand side by side in the array: `n` rays from `place` on, which
   /// are traced as number first + i and those after it. The runs cover `count` rays from number `first` on.
@@ -77,7 +79,7 @@ class RowOrder {
   Run run_at(std::size_t at) const;
 
   std::size_t width_ = 0;
-  std::size_t tiled_ = 0;  // rays of whole bands
+  std::size_t tiled_ = 0;
 };
 
 }  // namespace ballot::api

@@ -15,6 +15,8 @@
 #define BIND_POINT_INSTANCES 23  // in: the instances as closest points need them
 #define BIND_RECORDS 24         // out: the records of lists
 #define BIND_ROWS 25            // in: the same in rows
+#define BIND_MADE_HOW 29        // in: how questions are made of tables
+#define BIND_MADE_WORDS 30      // in: the tables
 
 // shaders/query/columns.comp.
 #define BIND_PRIM_TABLE 26    // in: placements and ids of triangles (engine/answer/columns.h)
@@ -101,6 +103,15 @@
 // triangles begin in BIND_CORNERS, and the rows of its matrix, with the translation.
 #define CORNER_WORDS 14u
 
+// shaders/query/made.comp: the lanes of a workgroup, the values of BALLOT_MADE, the most axes of questions, and of
+// their columns: x, y, z, limit of points; origin, t_min, direction, t_max, pose of rays.
+#define MADE_GROUP 128u
+#define MADE_POINTS 0
+#define MADE_RAYS 1
+#define MADE_POSED_RAYS 2  // a pose moves each
+#define MADE_AXES 8
+#define MADE_COLUMNS 5
+
 // The number of crossings of a ray, or the answer of a point, that rounding may have decided.
 #define UNSURE 0xFFFFFFFDu
 
@@ -169,6 +180,30 @@ struct ColumnsPush {
   uint instances;  // of trees
 };
 BALLOT_RECORD(ColumnsPush, 24);
+
+// Where a column's numbers of a question lie, in words of a table.
+struct MadeColumn {
+  uint at;                 // those of the first question
+  uint stride[MADE_AXES];  // to those of the next along each axis
+};
+BALLOT_RECORD(MadeColumn, 36);
+
+// How questions are made of tables.
+struct MadeQuestions {
+  uint axes;
+  uint shape[MADE_AXES];  // the last axis is the fastest
+  uint width;             // rows that are taken in tiles are so long; 0: none are
+  uint tiled;             // questions in whole bands of such rows
+  MadeColumn columns[MADE_COLUMNS];
+};
+BALLOT_RECORD(MadeQuestions, 224);
+
+// Push constants of made.comp.
+struct MadePush {
+  uint first;  // number of the first question
+  uint count;
+};
+BALLOT_RECORD(MadePush, 8);
 
 #ifdef __cplusplus
 }  // namespace ballot

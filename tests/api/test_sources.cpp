@@ -1,6 +1,7 @@
 // Rays and points as they lie in memory: any stride, float and double, numbers that stand for all. Answers are those to
 // the same questions as packed records, bit for bit.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -179,6 +180,65 @@ TEST_F(Sources, RowsOfOneOrigin) {
   }
 }
 
+// What float32 arithmetic makes of a ray and a pose, as BallotRays says.
+ballot::Ray moved(const ballot::Ray& ray, const std::array<float, 12>& m) {
+  ballot::Ray to = ray;
+  const auto& o = ray.origin;
+  const auto& d = ray.dir;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const float* r = &m[4 * i];
+    to.origin[i] = ((r[0] * o[0] + r[1] * o[1]) + r[2] * o[2]) + r[3];
+    to.dir[i] = (r[0] * d[0] + r[1] * d[1]) + r[2] * d[2];
+  }
+  return to;
+}
+
+TEST_F(Sources, PosesOfEveryLayout) {
+  Laid poses(kCount, 12, -1, 1, 7);
+  poses.at(4, 7) = std::nan("");
+  for (const auto how : Laid::kAll) {
+    SCOPED_TRACE(int(how));
+    const ballot::RayView view{.origins = origins_.column(Laid::How::Padded),
+                               .directions = directions_.column(Laid::How::Floats),
+                               .t_max = t_max_.column(Laid::How::One),
+                               .poses = poses.column(how),
+                               .shape = {kCount}};
+    std::vector<ballot::Ray> rays = records(false, true);
+    for (std::size_t i = 0; i < kCount; ++i) {
+      std::array<float, 12> pose;
+      for (std::size_t k = 0; k < 12; ++k) pose[k] = poses.is(i, k);
+      rays[i] = moved(rays[i], pose);
+    }
+    expect_as_records(view, rays);
+    EXPECT_EQ(scene_.count_crossings(view), scene_.count_crossings(rays));
+  }
+}
+
+TEST_F(Sources, DirectionsFromPosesAndGrids) {
+  std::vector<float> directions, poses;
+  std::vector<ballot::Ray> rays;
+  for (std::size_t i = 0; i < kCount / 6; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) directions.push_back(directions_.is(i, axis));
+  for (std::size_t k = 0; k < 6; ++k) {
+    const std::array<float, 12> pose{1, 0, 0, 0.1f * float(k), 0, 1, 0.25f, 0.5f, 0, 0.1f, 1, 2};
+    poses.insert(poses.end(), pose.begin(), pose.end());
+    for (std::size_t i = 0; i < directions.size(); i += 3)
+      rays.push_back(moved({{0, 0, 0}, 0, {directions[i], directions[i + 1], directions[i + 2]}, kNoEnd}, pose));
+  }
+  expect_as_records(ballot::from_poses(directions, poses), rays);
+
+  const std::vector<float> x{0, 0.25f, 0.5f}, y{0.125f, 1}, z{-1, 0, 1, 2};
+  std::vector<float> points, found(24), expected(24);
+  for (const float a : x)
+    for (const float b : y)
+      for (const float c : z) points.insert(points.end(), {a, b, c});
+  scene_.nearest(points, {.distances = expected.data()});
+  scene_.nearest(ballot::grid(x, y, z), {.distances = found.data()});
+  expect_same(found, expected);
+  scene_.nearest({.x = 0.25f, .y = 1, .z = z}, {.distances = found.data()});  // one axis, the others one for all
+  for (std::size_t i = 0; i < z.size(); ++i) EXPECT_EQ(found[i], expected[12 + i]);
+}
+
 TEST_F(Sources, LayoutsOfPoints) {
   Laid points(kCount, 3, -1, 2, 5), limits(kCount, 1, 0.1, 1, 6);
   points.at(3, 1) = 1e200, points.at(4, 0) = std::nan("");
@@ -216,7 +276,20 @@ TEST_F(Sources, ViewsThatDoNotFit) {
   refused({.origins = std::span(four).first(5), .directions = four}, "rays: origins has 5 numbers; expected 3 of each");
   refused({.origins = 1, .directions = four}, "rays: origins has 1 numbers; expected 3 of each");
   refused({.origins = four, .directions = {}}, "rays: the data of direction are NULL, but there are 4");
-  EXPECT_EQ(code_of([&] { scene_.nearest({.at = four, .limit = three}, {.distances = t}); }), BALLOT_ERROR_ARGUMENT);
+  std::vector<float> pose(12, 1.0f);
+  refused({.origins = four, .directions = four, .poses = three}, "rays: poses has 9 numbers; expected 12 of each");
+  refused({.origins = four, .directions = four, .poses = std::vector<float>(36)}, "rays: poses has 3 for 4 rays");
+  pose[5] = kNoEnd;
+  refused({.origins = four, .directions = four, .poses = pose}, "rays: number 5 of the pose is inf; expected finite");
+  const auto refused_points = [&](const ballot::PointView& view, const char* part) {
+    std::string text;
+    EXPECT_EQ(code_of([&] { scene_.nearest(view, {.distances = t}); }, &text), BALLOT_ERROR_ARGUMENT);
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  refused_points({.at = four, .limit = three}, "points: limit has 9 for 4 points");
+  refused_points({.at = four, .x = 1.0f}, "points: at is given beside x, y and z; expected the one or the others");
+  refused_points({.x = three, .z = 1.0f}, "points: the data of y are NULL, but there are 9");
+  refused_points({.x = three, .y = std::span(three).first(2), .z = 1.0f}, "points: y has 2 for 9 points");
   EXPECT_EQ(t[0], 7);
   const std::vector<double> none;
   scene_.trace({.origins = four, .directions = four, .shape = {4}}, {.t = t});

@@ -140,15 +140,15 @@ std::string Chooser::class_of(const Buffer<Ray>& rays, std::size_t count) {
   return found;
 }
 
-void Chooser::classify(Query& query, std::span<const Ray> rays, std::size_t batch) const {
+void Chooser::classify(Query& query, const Questions<Ray>& rays, std::size_t batch) const {
   if (is_auto(query) && !is_ray_class(query.rays) && depends_on_class(device_, std::max(batch, rays.size())))
     query.rays = ray_class(rays);
 }
 
-std::string ray_class(std::span<const Ray> rays) {
+std::string ray_class(const Questions<Ray>& rays) {
   std::vector<Ray> sample;
   for (const Stretch& s : sample_of(rays.size())) {
-    const auto part = rays.subspan(s.first, s.count);
+    const std::vector<Ray> part = rays.part(s.first, s.count);
     sample.insert(sample.end(), part.begin(), part.end());
   }
   return std::string(ray_class_of(sample));

@@ -8,13 +8,14 @@
 #include <vector>
 
 #include "engine/answer/auto/auto.h"
+#include "engine/answer/stream.h"
 #include "engine/gpu/buffer.h"
 #include "engine/tree/host/bvh.h"
 
 namespace ballot {
 
 /// Returns the class of rays (coherence.h), found from a sample of them.
-std::string ray_class(std::span<const Ray> rays);
+std::string ray_class(const Questions<Ray>& rays);
 
 /// Chooses for the rays of one tree on one device. Belongs to the thread of its Context.
 class Chooser {
@@ -47,7 +48,7 @@ class Chooser {
 
   /// Names the class of rays in a query of method auto that names none, by a look at a sample of them. Does nothing if
   /// the batch is too small for a difference. `batch`: as above.
-  void classify(Query& query, std::span<const Ray> rays, std::size_t batch = 0) const;
+  void classify(Query& query, const Questions<Ray>& rays, std::size_t batch = 0) const;
 
  private:
   /// A class that was found for a buffer, and how often it has served since.
