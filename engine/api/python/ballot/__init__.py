@@ -13,6 +13,7 @@ trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
 On GPUs   Array holds rays or hits on the device; CUDA's libraries fill and read it without a copy.
 Kernels   Kernel is GLSL of yours that asks a scene, as often as it likes, for each index of a run.
 Pictures  render returns a Picture, an array that to_png() writes and notebooks show.
+Rays      Camera, lidar, hemisphere: tables of rays, which trace(table, poses=T) moves; grid: points of three axes.
 Speed     bench measures methods.
 
 Names     names() lists methods, numeric modes, builders, ray kinds and shadings.
@@ -62,6 +63,7 @@ from ._array import Array
 from ._arrays import HIT, MISS, RAY
 from ._ballot import commit, names, version
 from ._bench import bench
+from ._cameras import Camera
 from ._device import Device, default_device, devices
 from ._door import AnimationInfo as Animation
 from ._door import Code, DeviceInfo, InputInfo, InstanceInfo, MeshInfo, SceneInfo, Times
@@ -69,6 +71,7 @@ from ._errors import Error, PrecisionWarning
 from ._job import Job
 from ._kernel import Kernel
 from ._load import load_scene
+from ._patterns import Grid, Pattern, frames, grid, hemisphere, lidar
 from ._picture import Picture, render
 from ._raycasting import RaycastingScene
 from ._scene import Scene
@@ -81,16 +84,19 @@ __all__ = [
     "RAY",
     "Animation",
     "Array",
+    "Camera",
     "Code",
     "Device",
     "DeviceInfo",
     "Error",
+    "Grid",
     "InputInfo",
     "InstanceInfo",
     "Job",
     "Kernel",
     "Lists",
     "MeshInfo",
+    "Pattern",
     "Picture",
     "PrecisionWarning",
     "RaycastingScene",
@@ -101,6 +107,10 @@ __all__ = [
     "commit",
     "default_device",
     "devices",
+    "frames",
+    "grid",
+    "hemisphere",
+    "lidar",
     "load_scene",
     "names",
     "render",

@@ -45,14 +45,14 @@ class Answers(Closable):
     @documented
     def trace(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
-        out: Any = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
+        poses: Any = None, out: Any = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
     ) -> np.ndarray:
         """Traces rays and returns their hits.
 
         rays       (..., 8): origin x y z, t_min, direction x y z, t_max; or (..., 6): origin, direction, with t from 0
-                   without a bound; or an array of dtype RAY. NumPy, DLPack on the CPU, or nested lists. float32 and
-                   float64 are read in place, at any strides; float64 is rounded. Neighbours share a subgroup: order
-                   rays for coherence
+                   without a bound; or an array of dtype RAY; or a Pattern, such as a Camera. NumPy, DLPack on the CPU,
+                   or nested lists. float32 and float64 are read in place, at any strides; float64 is rounded.
+                   Neighbours share a subgroup: order rays for coherence
         origins, directions  instead of rays: (..., 3) each. Their other axes broadcast as NumPy's do: one origin for
                    all directions, one direction for all origins, each with each
         t          (t_min, t_max) for all but rays of 8 numbers: numbers, or arrays that broadcast to the rays' shape;
@@ -60,6 +60,10 @@ class Answers(Closable):
                    dead ray
         masks      whole numbers below 2^32 that broadcast to the rays' shape: instances whose masks (set_masks()) share
                    no bit with a ray's are left out; None: all bits
+        poses      (..., 3, 4) or (..., 4, 4): matrices whose axes broadcast to the rays', and move them: origins p to
+                   m[:3, :3] @ p + m[:3, 3], directions d to m[:3, :3] @ d, in float32. With a Pattern its rays from
+                   each pose: hits of shape (poses..., pattern...). None of these rays is made on the host for a GPU.
+                   A pose for all is finite; a ray of one that is not is dead
         out        where hits go: an array of dtype HIT and the rays' shape, or float32 of shape (..., 4)
         {hits_options}
         progress   called with the share done, 0 to 1, before the call waits and after about each million rays;
@@ -75,7 +79,7 @@ class Answers(Closable):
         half-written, perhaps for some time yet.
         Raises TypeError and ValueError for wrong arguments, before anything is written.
         """
-        source = _sources.rays(rays, t, origins, directions, masks)
+        source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
         hits = _arrays.out_array(out, _shape(source, asked), HIT, source[1:])
         _told(times, self._handle.trace(source, {"hits": _arrays.flat(hits)}, asked, progress))
@@ -84,7 +88,7 @@ class Answers(Closable):
     @documented
     def trace_columns(
         self, rays: Any = None, columns: Sequence[str] = ("t", "prims", "mesh_ids", "uvs", "normals"), *,
-        origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None, poses: Any = None,
         out: Mapping[str, Any] | None = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
     ) -> dict[str, np.ndarray]:
         """Traces rays and returns an array for each column that is asked for. Arguments as trace(), and
@@ -94,7 +98,7 @@ class Answers(Closable):
                  With `first` they have an axis more: (..., first).
         out      arrays for some of the columns, by name
         """
-        source = _sources.rays(rays, t, origins, directions, masks)
+        source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
         arrays = _arrays.columns(columns, HIT_COLUMNS, _shape(source, asked), source[1:], out)
         flat = {name: _arrays.flat(array) for name, array in arrays.items()}
@@ -103,7 +107,7 @@ class Answers(Closable):
 
     def occluded(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
-        out: Any = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
+        poses: Any = None, out: Any = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
     ) -> np.ndarray:
         """Returns True for each ray that hits something between its t_min and t_max: bool of shape (...).
 
@@ -113,13 +117,13 @@ class Answers(Closable):
         options.setdefault("any", True)
         given = None if out is None else {"occluded": out}
         return self.trace_columns(
-            rays, ("occluded",), origins=origins, directions=directions, t=t, masks=masks, out=given, times=times,
-            **options,
+            rays, ("occluded",), origins=origins, directions=directions, t=t, masks=masks, poses=poses,
+            out=given, times=times, **options,
         )["occluded"]  # fmt: skip
 
     def submit(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
-        out: Any = None, **options: Unpack[HitOptions],
+        poses: Any = None, out: Any = None, **options: Unpack[HitOptions],
     ) -> Job:
         """Begins a trace in the background. Arguments as trace(), without progress. Jobs of a device run in the order
         of their submission.
@@ -127,7 +131,7 @@ class Answers(Closable):
         `rays` and `out` must not change until the job has ended. Wrong names of methods and knobs raise ValueError in
         Job.wait().
         """
-        source = _sources.rays(rays, t, origins, directions, masks)
+        source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
         if progress is not None:
             raise TypeError("progress: found a function; a job in the background has none: expected None")
@@ -157,8 +161,8 @@ class Answers(Closable):
     ) -> dict[str, np.ndarray]:
         """Finds the nearest point of the scene for each point. Returns a dict of arrays.
 
-        points   (..., 3) float32 or float64, read in place at any strides; one that is not finite is near nothing, and
-                 outside
+        points   (..., 3) float32 or float64, read in place at any strides; or a grid() of them. One that is not finite
+                 is near nothing, and outside
         columns  some of
         {point_columns}
                  Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0. Distances are
@@ -233,10 +237,10 @@ class Answers(Closable):
     @documented
     def count_crossings(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
-        times: list[Times] | None = None, **options: Unpack[CrossingOptions],
+        poses: Any = None, times: list[Times] | None = None, **options: Unpack[CrossingOptions],
     ) -> np.ndarray:
-        """Returns how many triangles each ray crosses: int64 of shape (...). Rays, origins, directions, t, masks as
-        trace().
+        """Returns how many triangles each ray crosses: int64 of shape (...). Rays, origins, directions, t, masks,
+        poses as trace().
 
         A ray through an edge or a vertex of a closed surface crosses it there once, or twice or not at all where it
         touches the surface from one side.
@@ -247,13 +251,13 @@ class Answers(Closable):
         >>> scene.count_crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]]).tolist()
         [1, 0]
         """
-        source = _sources.rays(rays, t, origins, directions, masks)
+        source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "crossings")
         return self._list(source, False, False, asked, progress, times).counts
 
     def crossings(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
-        times: list[Times] | None = None, **options: Unpack[CrossingOptions],
+        poses: Any = None, times: list[Times] | None = None, **options: Unpack[CrossingOptions],
     ) -> Lists:
         """Finds all triangles that each ray crosses, or the `first` of each. Returns Lists (counts, hits): each ray's
         in the order of t, at equal t of prim. Arguments as count_crossings().
@@ -263,7 +267,7 @@ class Answers(Closable):
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
-        source = _sources.rays(rays, t, origins, directions, masks)
+        source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "crossings")
         return self._list(source, False, True, asked, progress, times)
 

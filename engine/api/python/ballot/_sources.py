@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _arrays, _query
+from ._patterns import Grid, Pattern
 
 _AXES = 8  # that the library walks
 _MOST = float(np.finfo(np.float32).max)
@@ -22,11 +23,23 @@ class Source(NamedTuple):
     low: np.ndarray | None = None  # t_min; None: 0
     high: np.ndarray | None = None  # t_max, or limits of points; None: no end
     masks: np.ndarray | None = None  # uint32; None: all bits
+    poses: np.ndarray | None = None  # 12 numbers each; None: none
+    y: np.ndarray | None = None  # of points whose x is `first`
+    z: np.ndarray | None = None
 
 
-def rays(given: Any, t: Any = None, origins: Any = None, directions: Any = None, masks: Any = None) -> Source:
-    """Returns rays of 8 or 6 numbers, or of origins and directions. `t` is the range (t_min, t_max) of all but those of
-    8 numbers. `masks`: whole numbers below 2^32."""
+def rays(
+    given: Any, t: Any = None, origins: Any = None, directions: Any = None, masks: Any = None, poses: Any = None
+) -> Source:
+    """Returns rays of 8 or 6 numbers, of a Pattern, or of origins and directions. `t` is the range (t_min, t_max) of
+    all but those of 8 numbers. `masks`: whole numbers below 2^32. `poses`: matrices that broadcast; with a Pattern its
+    rays from each."""
+    moved = None if poses is None else _poses(poses)
+    if isinstance(given, Pattern):
+        if moved is not None:
+            moved = moved.reshape(*moved.shape[:-1], *(1,) * len(given.shape), 12)
+        if origins is None and directions is None:
+            given, origins, directions = None, given.origins, given.directions
     if origins is None and directions is None:
         first, other = _arrays.numbers(_arrays.as_rows(given), "rays", (8, 6)), None
         shape = first.shape[:-1]
@@ -34,13 +47,46 @@ def rays(given: Any, t: Any = None, origins: Any = None, directions: Any = None,
             raise ValueError(f"rays: shape is {first.shape}; t is for rays of 6 numbers: those of 8 have their own")
     else:
         first, other, shape = _pair(given, origins, directions)
+    if moved is not None:
+        shape = _broadcast(shape, moved, poses)
     if t is None:
         source = Source(shape, first, other)
     else:
         source = Source(shape, first, other, *_range(t, shape))
+    if moved is not None:
+        source = source._replace(poses=moved)
     if masks is not None:
         source = source._replace(masks=_masks(masks, shape))
     return source if len(shape) <= _AXES else _flattened(source)
+
+
+def _poses(given: Any) -> np.ndarray:
+    """Returns matrices as rows of 12 numbers: (..., 12). Copies only what is not contiguous."""
+    array = _arrays.as_numpy(given, "poses")
+    if array.ndim < 2 or array.shape[-2:] not in ((3, 4), (4, 4)):
+        raise ValueError(f"poses: shape is {array.shape}; expected (..., 3, 4) or (..., 4, 4)")
+    array = _arrays.numbers(array, "poses", (4,))
+    if array.shape[-2] == 4:
+        wrong = np.any(array[..., 3, :] != (0, 0, 0, 1), axis=-1)
+        if wrong.any():
+            at = tuple(int(i) for i in np.argwhere(wrong)[0])
+            row = array[(*at, 3)].tolist()
+            raise ValueError(f"poses: the last row of matrix {list(at)} is {row}; expected [0, 0, 0, 1]")
+    with np.errstate(over="ignore"):
+        if array.ndim == 2 and not np.isfinite(array.astype(np.float32)).all():
+            raise ValueError("poses: a number of the matrix is not finite; expected numbers that float32 can hold")
+    return array[..., :3, :].reshape(*array.shape[:-2], 12)
+
+
+def _broadcast(shape: tuple[int, ...], poses: np.ndarray, given: Any) -> tuple[int, ...]:
+    """Returns the shape of rays of a shape that poses move."""
+    try:
+        return np.broadcast_shapes(shape, poses.shape[:-1])
+    except ValueError:
+        raise ValueError(
+            f"poses: shape is {np.shape(given)}, of rays {shape}; expected axes before the last two that are as long "
+            "as those of the rays, or 1"
+        ) from None
 
 
 def _pair(given: Any, origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
@@ -130,6 +176,9 @@ def _masks(given: Any, shape: tuple[int, ...]) -> np.ndarray:
 def points(given: Any, limit: Any, masks: Any = None, least: bool = False) -> Source:
     """Returns points with their limit: None, a number above 0 for all, or an array of one for each. `least`: there is
     one, and it may be 0."""
+    if isinstance(given, Grid):
+        shape, (x, y, z) = given.shape, np.ix_(given.x, given.y, given.z)
+        return Source(shape, x, high=_limit(limit, shape, least), y=y, z=z)
     first = _arrays.numbers(given, "points", (3,))
     shape = first.shape[:-1]
     bits = None if masks is None else _masks(masks, shape)
@@ -165,4 +214,7 @@ def _flattened(source: Source) -> Source:
 
     first = flat(source.first, source.first.shape[-1])
     assert first is not None
-    return Source(shape, first, flat(source.directions, 3), flat(source.low), flat(source.high), flat(source.masks))
+    return Source(
+        shape, first, flat(source.directions, 3), flat(source.low), flat(source.high), flat(source.masks),
+        flat(source.poses, 12),
+    )  # fmt: skip

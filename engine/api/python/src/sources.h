@@ -44,13 +44,20 @@ class Memory {
   std::shared_ptr<Py_buffer> buffer_;
 };
 
-/// Questions, as a Source of ballot/_sources.py has them: a shape; rows of rays, origins or points; directions; t_min;
-/// t_max, or limits; masks. The arrays have float32 or float64, masks uint32, and their axes broadcast to the shape; to
-/// its product, if it has more than BALLOT_AXES.
+/// Questions, as a Source of ballot/_sources.py has them: a shape; rows of rays, origins, points or their x;
+/// directions; t_min; t_max, or limits; masks; poses; y and z. The arrays have float32 or float64, masks uint32, and
+/// their axes broadcast to the shape; to its product, if it has more than BALLOT_AXES.
 class Source {
  public:
   explicit Source(const Objects& given)
-      : first_(given[1]), directions_(given[2]), low_(given[3]), high_(given[4]), masks_(given[5]) {
+      : first_(given[1]),
+        directions_(given[2]),
+        low_(given[3]),
+        high_(given[4]),
+        masks_(given[5]),
+        poses_(given[6]),
+        y_(given[7]),
+        z_(given[8]) {
     const auto shape = nb::borrow<nb::tuple>(given[0]);
     for (const nb::handle length : shape) {
       const auto n = nb::cast<std::size_t>(length);
@@ -73,19 +80,23 @@ class Source {
     if (low_) rays.t_min = low_.column(axes_);
     if (high_) rays.t_max = high_.column(axes_);
     if (masks_) rays.mask = masks_.column(axes_), rays.mask.type = BALLOT_UINT32;
+    if (poses_) rays.pose = poses_.numbers(axes_);
     return rays;
   }
   BallotPoints points() const {
     auto points = BALLOT_INIT(BallotPoints);
     std::copy_n(shape_, BALLOT_AXES, points.shape);
-    points.at = first_.numbers(axes_);
+    if (y_)
+      points.x = first_.column(axes_), points.y = y_.column(axes_), points.z = z_.column(axes_);
+    else
+      points.at = first_.numbers(axes_);
     if (high_) points.limit = high_.column(axes_);
     if (masks_) points.mask = masks_.column(axes_), points.mask.type = BALLOT_UINT32;
     return points;
   }
 
  private:
-  Memory first_, directions_, low_, high_, masks_;
+  Memory first_, directions_, low_, high_, masks_, poses_, y_, z_;
   std::size_t shape_[BALLOT_AXES] = {}, axes_ = 0, count_ = 1;
 };
 

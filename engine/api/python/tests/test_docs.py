@@ -19,8 +19,8 @@ EXAMPLES = [
     "view_factors",
 ]  # fmt: skip
 MODULES = [
-    "_array", "_device", "_kernel", "_picture", "_raycasting", "_scene", "trimesh_ray",
-    *(f"examples.{name}" for name in EXAMPLES),
+    "_answers", "_array", "_cameras", "_device", "_kernel", "_patterns", "_picture", "_raycasting", "_scene",
+    "trimesh_ray", *(f"examples.{name}" for name in EXAMPLES),
 ]  # fmt: skip
 
 
