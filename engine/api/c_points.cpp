@@ -144,8 +144,8 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   const MakeQuestions<ProbePoint> make = points.make_there(*scene.device->gpu);
   TraceTimes spent;
   if (out.wants_nearest())
-    spent =
-        world.points().nearest(stream_of<Nearest>(points, make, out, watch, 0, between), PointMasks(scene, points).on(how));
+    spent = world.points().nearest(stream_of<Nearest>(points, make, out, watch, 0, between),
+                                   PointMasks(scene, points).on(how));
   if (out.wants_inside())
     spent.device_ms +=
         world.points().inside(stream_of<std::uint32_t>(points, make, out, watch, between, 1), how).device_ms;

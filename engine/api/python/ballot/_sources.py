@@ -176,13 +176,14 @@ def _masks(given: Any, shape: tuple[int, ...]) -> np.ndarray:
 def points(given: Any, limit: Any, masks: Any = None, least: bool = False) -> Source:
     """Returns points with their limit: None, a number above 0 for all, or an array of one for each. `least`: there is
     one, and it may be 0."""
+    y = z = None
     if isinstance(given, Grid):
-        shape, (x, y, z) = given.shape, np.ix_(given.x, given.y, given.z)
-        return Source(shape, x, high=_limit(limit, shape, least), y=y, z=z)
-    first = _arrays.numbers(given, "points", (3,))
-    shape = first.shape[:-1]
+        shape, (first, y, z) = given.shape, np.ix_(given.x, given.y, given.z)
+    else:
+        first = _arrays.numbers(given, "points", (3,))
+        shape = first.shape[:-1]
     bits = None if masks is None else _masks(masks, shape)
-    source = Source(shape, first, high=_limit(limit, shape, least), masks=bits)
+    source = Source(shape, first, high=_limit(limit, shape, least), masks=bits, y=y, z=z)
     return source if len(shape) <= _AXES else _flattened(source)
 
 
