@@ -85,7 +85,7 @@ class RayQueries::Parts::CountAnswerer : public Answerer<Ray, std::uint32_t> {
 
 TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take, const CrossingQuery& query) {
   if (source.count == 0) return {};
-  parts_->begin(source, query);
+  parts_->begin(bool(source.masks), query);
   Stream<Ray, std::uint32_t> stream{
       .most = source.count, .make = source.make, .take = take, .progress = source.progress};
   stream.next = [&](std::uint64_t first, std::span<Ray> room) {

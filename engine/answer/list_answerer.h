@@ -11,7 +11,6 @@ inline constexpr std::uint32_t kMostRecords = 1 << 22;   // that a room holds; o
 inline constexpr std::uint32_t kLeastRecords = 1 << 20;  // to begin with
 inline constexpr std::size_t kFewListed = 1024;          // fewer questions are not sorted
 inline constexpr std::size_t kCollected = 1 << 12;       // lists that a thread puts in order at a time
-inline constexpr std::uint32_t kCarryGroups = 1024;
 
 /// Answers a stream of questions by the number of records of each. Those of a chunk are to be had while its numbers are
 /// taken.
@@ -27,6 +26,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
         kind_(kind),
         kept_(rooms),
         rooms_(std::exchange(rooms, {})),
+        stages_(gpu, kind, rooms_),
         alone_(StreamRing::of(gpu).is_alone()) {}
   ~ListAnswerer() override {
     gpu_.abandon();
@@ -51,12 +51,10 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
   void answer(const Chunk<Question, std::uint32_t>& chunk, TraceTimes& times) override {
     UnderWay now{kind_.masks(chunk.first, chunk.here.size())};
     if (!order_.empty() && !now.masks.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(now.masks, order_);
-    const std::size_t rows = std::bit_ceil(std::max(chunk.here.size(), kLeastChunk)) * kind_.row();
-    QueryKernel& first = kind_.kernel(ListForm::Rows, false);
+    QueryKernel& first = stages_.to_rows(chunk.here.size());
     kind_.bind_masks(first, chunk.here.size(), now.masks, false);
-    first.bind(BIND_RECORDS, buffer_for(rooms_.rows, gpu_, rows, "rows of lists"));
-    walk(first, chunk, times);
-    if (!alone_) list(chunk, now, times);
+    stages_.walk(first, asked(chunk), times);
+    if (!alone_) list(asked(chunk), now, times);
     under_way_.push_back(std::move(now));
   }
 
@@ -118,10 +116,9 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
     return {reinterpret_cast<const Record*>(buffer.mapped()), buffer.size()};
   }
 
-  std::uint32_t walk(QueryKernel& kernel, const Chunk<Question, std::uint32_t>& chunk, TraceTimes& times) {
-    kernel.bind(BIND_RAYS, chunk.questions);
-    kernel.bind(BIND_CROSSINGS, chunk.answers);
-    return kernel.answer(0, chunk.count(), kind_.whole(), times, chunk.launched);
+  using OnDevice = typename ListStages<Question, Record>::Asked;
+  static OnDevice asked(const Chunk<Question, std::uint32_t>& chunk) {
+    return {chunk.questions, chunk.answers, chunk.count(), chunk.launched};
   }
 
   Buffer<Record>& records_of(typename Rooms::Room& room) {
@@ -130,24 +127,19 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
   }
 
   /// Has the device make the lists of a chunk, whose first records lie in rows.
-  void list(const Chunk<Question, std::uint32_t>& chunk, UnderWay& now, TraceTimes& times) {
+  void list(const OnDevice& chunk, UnderWay& now, TraceTimes& times) {
     typename Rooms::Room& room = rooms_.rooms[turn_++ % rooms_.rooms.size()];
     Buffer<Record>& records = records_of(room);
     now.room = records.size();
     now.longest = kind_.has_rest() ? LONGEST_LIST : kind_.row();
-    sum(chunk, now, times);
-    if (kind_.has_rest()) {
-      QueryKernel& rest = kind_.kernel(ListForm::Rest, false);
-      rest.bind(BIND_PLACES, *rooms_.places);
-      rest.bind(BIND_RECORDS, records);
-      if (walk(rest, chunk, times) > 0) {  // the driver cuts such walks short
-        now.longest = kind_.row();
-        sum(chunk, now, times);
-      }
+    stages_.place(chunk, now.longest, std::uint32_t(now.room), times);
+    if (kind_.has_rest() && stages_.walk(stages_.to_places(records), chunk, times) > 0) {  // the driver cuts such walks
+      now.longest = kind_.row();
+      stages_.place(chunk, now.longest, std::uint32_t(now.room), times);
     }
-    put_in_order(chunk, records, now, times);
+    stages_.put_in_order(chunk, records, now.longest, times);
     const bool carries = !records.mapped() || gpu_.info().is_cpu();
-    if (carries) carry(chunk, records, buffer_of_host(room, records.size()), times);
+    if (carries) stages_.carry(chunk, records, buffer_of_host(room, records.size()), times);
     now.records = mapped(carries ? *room.here : records);
   }
 
@@ -157,44 +149,6 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
       room.here = std::make_unique<Buffer<Record>>(gpu_, records, Access::Storage | Access::Host, "lists of the host");
     }
     return *room.here;
-  }
-
-  template <class Push>
-  void pass(Kernel& kernel, std::uint32_t groups, const Push& push, TraceTimes& times) {
-    gpu_.pass(
-        kernel.name(), [&](Commands& cmd) { kernel.dispatch(cmd, groups, push); },
-        [&times](double ms) { times.device_ms += ms; });
-    ++times.dispatches;
-  }
-
-  void sum(const Chunk<Question, std::uint32_t>& chunk, const UnderWay& now, TraceTimes& times) {
-    refresh(gpu_, rooms_.sums, places_source());
-    const std::uint32_t tiles = chunk.count() / PLACES_TILE + 1;  // a place behind the last list has the sum of all
-    const std::size_t most = std::bit_ceil(std::max(chunk.here.size(), kLeastChunk)) + 1;
-    rooms_.sums->bind(BIND_CROSSINGS, chunk.answers);
-    rooms_.sums->bind(BIND_PLACES, buffer_for(rooms_.places, gpu_, most, "places of lists"));
-    rooms_.sums->bind(BIND_TILES, buffer_for(rooms_.tiles, gpu_, most / PLACES_TILE + 1, "sums of lists"));
-    for (const std::uint32_t step : {PLACES_TILES, PLACES_SUM, PLACES_PLACE})
-      pass(*rooms_.sums, step == PLACES_SUM ? 1 : tiles,
-           PlacesPush{chunk.count(), tiles, step, now.longest, std::uint32_t(now.room)}, times);
-  }
-
-  void put_in_order(const Chunk<Question, std::uint32_t>& chunk, Buffer<Record>& records, const UnderWay& now,
-                    TraceTimes& times) {
-    refresh(gpu_, rooms_.order, order_source(sizeof(Record) / 4));
-    rooms_.order->bind(BIND_CROSSINGS, chunk.answers);
-    rooms_.order->bind(BIND_PLACES, *rooms_.places);
-    rooms_.order->bind(BIND_ROWS, *rooms_.rows);
-    rooms_.order->bind(BIND_RECORDS, records);
-    pass(*rooms_.order, chunk.count() / ORDER_GROUP + 1,
-         OrderPush{chunk.count(), ORDER_LISTS, kind_.row(), now.longest}, times);
-  }
-
-  void carry(const Chunk<Question, std::uint32_t>& chunk, Buffer<Record>& records, Buffer<Record>& here,
-             TraceTimes& times) {
-    rooms_.order->bind(BIND_ROWS, records);
-    rooms_.order->bind(BIND_RECORDS, here);
-    pass(*rooms_.order, kCarryGroups, OrderPush{chunk.count(), ORDER_CARRY, 0, 0}, times);
   }
 
   std::vector<Place> rows(std::span<const std::uint32_t> numbers) const {
@@ -340,6 +294,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
   ListKind<Question, Record>& kind_;
   Rooms& kept_;
   Rooms rooms_;
+  ListStages<Question, Record> stages_;
   bool alone_;
   std::size_t turn_ = 0;
   std::vector<std::uint32_t> order_;  // of the chunk under way; empty: as they came

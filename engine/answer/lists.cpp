@@ -2,14 +2,17 @@
 
 namespace ballot {
 
-KernelSource places_source() {
-  return {.name = "query.places", .file = "query/places.comp", .group_size = PLACES_GROUP};
+KernelSource places_source(int of) {
+  return {.name = of == PLACES_LISTS ? "query.places" : fmt::format("query.places BALLOT_PLACES={}", of),
+          .file = "query/places.comp",
+          .defines = {{"BALLOT_PLACES", of}},
+          .group_size = PLACES_GROUP};
 }
 
-KernelSource order_source(std::uint32_t record_words) {
-  return {.name = fmt::format("query.order BALLOT_RECORD_WORDS={}", record_words),
+KernelSource order_source(std::uint32_t record_words, bool of_long) {
+  return {.name = fmt::format("query.order BALLOT_RECORD_WORDS={}{}", record_words, of_long ? " BALLOT_LONG=1" : ""),
           .file = "query/order.comp",
-          .defines = {{"BALLOT_RECORD_WORDS", int(record_words)}},
+          .defines = {{"BALLOT_RECORD_WORDS", int(record_words)}, {"BALLOT_LONG", int(of_long)}},
           .group_size = ORDER_GROUP};
 }
 

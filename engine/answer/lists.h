@@ -3,7 +3,8 @@
 // A first walk numbers the records of each question and writes them to a row of a few. On a GPU the device then sums
 // the numbers up, walks again for questions whose list is longer than a row, puts each list in order, one after the
 // other, and carries them to the host, no more than there are: all that beside the work of the host on other chunks. On
-// a CPU device the host takes the rows. Either way the host settles what is left open.
+// a CPU device the host takes the rows. Either way the host settles what is left open. Lists of arrays on the device go
+// through the same stages (list_stages.h), and stay there (list_there.h).
 #pragma once
 
 #include <array>
@@ -58,6 +59,8 @@ class ListKind {
   virtual std::vector<std::uint32_t> masks(std::uint64_t, std::size_t) { return {}; }
   /// Binds the masks of the questions that are asked next. `apart`: those of a stream stay as they are.
   virtual void bind_masks(QueryKernel&, std::size_t, std::span<const std::uint32_t>, bool) {}
+  /// The same for `count` questions on the device from number `first` on.
+  virtual void bind_masks_there(QueryKernel&, std::uint64_t, std::size_t) {}
   /// Returns the lists of questions that are UNSURE.
   virtual std::vector<std::vector<Record>> settle(const ListPart<Question>&) { return {}; }
   /// Returns true if the device's order is not that of put_in_order().
@@ -78,6 +81,9 @@ struct ListRooms {
   std::array<Room, 3> rooms;  // of chunks under way
   std::uint32_t records = 0;  // of a room
   std::unique_ptr<Kernel> sums, order;
+  std::unique_ptr<Kernel> appends, long_order, alone;  // of lists that stay on the device
+  std::unique_ptr<Buffer<AppendedLists>> appended;
+  std::unique_ptr<Buffer<std::int64_t>> offsets;
   std::unique_ptr<Buffer<Record>> rows;
   std::unique_ptr<Buffer<std::uint32_t>> places, tiles;
   // Of questions that are asked apart.
@@ -89,9 +95,12 @@ struct ListRooms {
   std::vector<Record> lists;
 };
 
-KernelSource places_source();
-KernelSource order_source(std::uint32_t record_words);
+/// `of`: PLACES_.... `of_long`: of lists that a workgroup puts in order.
+KernelSource places_source(int of);
+KernelSource order_source(std::uint32_t record_words, bool of_long = false);
 
 }  // namespace ballot
 
-#include "engine/answer/list_answerer.h"  // the templates
+#include "engine/answer/list_stages.h"  // the templates
+//
+#include "engine/answer/list_answerer.h"

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "engine/answer/device_lists.h"
 #include "engine/answer/stream.h"
 #include "shaders/shared/query.h"
 
@@ -79,6 +80,11 @@ class PointQueries {
   /// none; with an infinite limit a point has all. stream.take is not called. Throws Error(Arguments) with query.exact:
   /// distances are computed in float32. Else as nearest().
   TraceTimes within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query = {});
+
+  /// The same for the first `count` points of an array on the device, whose order is kept. The bits are the same. On a
+  /// GPU the host sees no more than the number of all triangles, but where a list has more than 16384: points and lists
+  /// then pass through its memory. Throws Error(Arguments) if an array has too few records.
+  DeviceListed within(const Buffer<ProbePoint>& points, std::uint64_t count, const DeviceLists<Within>& to);
 
   /// nearest() and inside() for points [0, count) of an array on the device, whose answers go to the same places of
   /// another. The order of the points is kept: neighbours share a subgroup, so points that are near each other should

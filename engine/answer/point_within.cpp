@@ -1,4 +1,5 @@
 // The triangles within a radius of a point.
+#include "engine/answer/list_there.h"
 #include "engine/answer/point_parts.h"
 
 namespace ballot {
@@ -67,6 +68,30 @@ TraceTimes PointQueries::within(const InsideStream& stream, const TakeWithin& ta
   TraceTimes times = StreamRing::of(parts_->gpu).run(asked, answerer);
   times += answerer.again();
   return times;
+}
+
+DeviceListed PointQueries::within(const Buffer<ProbePoint>& points, std::uint64_t count,
+                                  const DeviceLists<Within>& to) {
+  check_there(points.size(), "points", to, count);
+  DeviceListed listed;
+  if (count > 0 && !StreamRing::of(parts_->gpu).is_alone()) {
+    Parts::WithinLists kind(*parts_);
+    const PassScope scope(parts_->gpu);
+    const auto all = list_there(parts_->gpu, kind, parts_->lists, points, count, to, listed.times);
+    if (all) return listed.records = *all, listed;
+  }
+  DeviceListsSink<Within> sink(to);
+  InsideStream stream{.most = count};
+  stream.next = [&](std::uint64_t first, std::span<ProbePoint> room) {
+    points.download(room, std::size_t(first));
+    return room.size();
+  };
+  const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Within> found) {
+    sink.take(first, counts, found);
+  };
+  listed.times = within(stream, take);
+  listed.records = sink.sum();
+  return listed;
 }
 
 }  // namespace ballot

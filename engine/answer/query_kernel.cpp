@@ -90,8 +90,9 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
   for (KernelSource& source : making_sources()) sources.push_back(std::move(source));
-  sources.push_back(places_source());
-  for (const std::uint32_t words : {2u, 4u}) sources.push_back(order_source(words));
+  for (const int of : {PLACES_LISTS, PLACES_APPENDED, PLACES_HITS}) sources.push_back(places_source(of));
+  for (const std::uint32_t words : {2u, 4u})
+    for (const bool of_long : {false, true}) sources.push_back(order_source(words, of_long));
   return sources;
 }
 

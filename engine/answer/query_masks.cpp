@@ -31,7 +31,7 @@ void QueryMasks::bind(QueryKernel& kernel, std::size_t questions, std::span<cons
   if (masks.empty()) masks = std::span<const std::uint32_t>(all_bits_).first(questions);
   Room& next = rooms_[turn_ % rooms_.size()];
   Buffer<std::uint32_t>& there = buffer_for(apart ? apart_ : next.there, gpu_, questions, "masks of questions");
-  last_ = &there;
+  last_.emplace(there);
   kernel.bind(BIND_RAY_MASKS, there);
   if (apart || there.mapped()) return there.upload(masks);
   ++turn_;
@@ -41,6 +41,14 @@ void QueryMasks::bind(QueryKernel& kernel, std::size_t questions, std::span<cons
   }
   copy_parallel(masks, std::span(reinterpret_cast<std::uint32_t*>(next.here->mapped()), questions));
   gpu_.pass("copying masks in", [&](Commands& cmd) { cmd.copy(*next.here, there, questions * sizeof(std::uint32_t)); });
+}
+
+void QueryMasks::bind_there(QueryKernel& kernel, const Buffer<std::uint32_t>* masks, std::uint64_t first,
+                            std::size_t count) {
+  if (!masks && make_room(no_masks_, gpu_, count, "masks of all bits"))
+    gpu_.pass("all bits of masks", [&](Commands& cmd) { cmd.fill(*no_masks_, kAllBits); });
+  const BufferPart all = masks ? BufferPart(*masks, first * sizeof kAllBits, count * sizeof kAllBits) : *no_masks_;
+  kernel.bind(BIND_RAY_MASKS, last_.emplace(all));
 }
 
 }  // namespace ballot

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,8 @@ class QueryMasks {
   /// Binds the masks of the questions that a kernel is asked next; none: all bits. `apart`: those of a stream under way
   /// stay as they are.
   void bind(QueryKernel& kernel, std::size_t questions, std::span<const std::uint32_t> masks, bool apart);
+  /// The same for `count` questions from number `first` on, whose masks are on the device; null: all bits.
+  void bind_there(QueryKernel& kernel, const Buffer<std::uint32_t>* masks, std::uint64_t first, std::size_t count);
   /// Binds those that were bound last.
   void bind_again(QueryKernel& kernel) { kernel.bind(BIND_RAY_MASKS, *last_); }
 
@@ -33,10 +36,10 @@ class QueryMasks {
   };
 
   Context& gpu_;
-  std::unique_ptr<Buffer<std::uint32_t>> triangle_masks_, apart_;
+  std::unique_ptr<Buffer<std::uint32_t>> triangle_masks_, apart_, no_masks_;
   std::array<Room, 3> rooms_;  // of chunks under way, taken in turn
   std::size_t turn_ = 0;
-  const RawBuffer* last_ = nullptr;
+  std::optional<BufferPart> last_;
   std::vector<std::uint32_t> all_bits_, uploaded_;
 };
 

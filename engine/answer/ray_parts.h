@@ -1,6 +1,7 @@
 // What answers ray queries for more than one hit. Internal to engine/answer.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -17,6 +18,7 @@ namespace ray_queries {
 constexpr std::uint32_t kMostFirst = 16;  // first crossings that a kernel looks for; of more, all are listed
 constexpr std::uint32_t kRow = 8;         // crossings of a row, if all are listed
 constexpr std::size_t kFewRays = 1024;    // fewer are not sorted
+constexpr Hit kMiss{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
 
 /// A count of crossings, to which those of another piece of the tree are added.
 inline void add_count(std::uint32_t& all, std::uint32_t found) {
@@ -31,8 +33,10 @@ struct RayQueries::Parts {
   Parts(Context& device, DeviceTree& scene, SurfaceAlpha alpha)
       : gpu(device), kernels(device, scene, std::move(alpha)) {}
 
-  /// Begins a query: makes its kernels for the present tree.
-  void begin(const RaySource& source, const CrossingQuery& wanted);
+  /// Begins a query: makes its kernels for the present tree. `masks`: its rays have some.
+  void begin(bool masks, const CrossingQuery& wanted);
+  bool count_there(const DeviceRays& there, Buffer<std::uint32_t>& counts, TraceTimes& times);
+  bool first_there(const DeviceRays& there, Buffer<Hit>& hits, TraceTimes& times);
   class CountAnswerer;
   class FirstAnswerer;
   class Crossings;

@@ -1,81 +1,25 @@
 #include "engine/answer/ray_queries.h"
 
-#include <limits>
-
-#include "engine/answer/ray_parts.h"
+#include "engine/answer/crossing_lists.h"
 #include "engine/core/error.h"
 
 namespace ballot {
 
 using namespace ray_queries;
 
-namespace {
-
-constexpr Hit kMiss{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
-
-}  // namespace
-
-void RayQueries::Parts::begin(const RaySource& source, const CrossingQuery& wanted) {
+void RayQueries::Parts::begin(bool masks, const CrossingQuery& wanted) {
   if (wanted.alpha && wanted.exact)
     fail(Failure::Arguments,
          "crossings: found alpha and mode exact; expected one of them: textures are read in float32");
   query = wanted;
   variant = {.exact = query.exact,
-             .masks = source.masks || !query.triangle_masks.empty(),
+             .masks = masks || !query.triangle_masks.empty(),
              .alpha = query.alpha && kernels.has_alpha(),
              .cull = query.cull};
   kernels.prepare(variant.masks, query.triangle_masks);
   exact_lists.reset();
   if (query.exact) exact_lists.emplace(kernels.tree(), query);
 }
-
-/// The crossings of rays. Of few first ones a row holds all, in order, but for mode exact.
-class RayQueries::Parts::Crossings : public ListKind<Ray, Hit> {
- public:
-  Crossings(Parts& parts, const RaySource& source)
-      : parts_(parts), source_(source), first_(parts.query.most <= kMostFirst ? parts.query.most : 0) {}
-
-  std::uint32_t row() const override { return has_rest() ? std::max(kRow, first_ + kRow / 2) : first_; }
-  bool has_rest() const override { return first_ == 0 || parts_.query.exact; }
-  std::uint32_t most() const override { return parts_.query.most; }
-  QueryKernel& kernel(ListForm form, bool pieces) override {
-    CrossingVariant v = parts_.variant;
-    if (!pieces) v.first = first_;
-    v.any = parts_.query.any && form == ListForm::Rows && row() == 1;
-    if (form == ListForm::Rows) v.lists = LISTS_ROWS, v.row = row();
-    if (form == ListForm::Rest) v.lists = LISTS_PLACES, v.row = row();
-    if (form == ListForm::Apart) v.lists = LISTS_PLACES;
-    QueryKernel& made = parts_.kernels.kernel(v, pieces);
-    if (form == ListForm::Rest && v.masks) parts_.kernels.masks().bind_again(made);
-    return made;
-  }
-  std::vector<TreePiece> pieces(std::uint64_t limit) override { return parts_.kernels.pieces(parts_.variant, limit); }
-  TreePiece whole() override { return {parts_.kernels.tree().root()}; }
-  bool order(std::span<const Ray> rays, std::vector<std::uint32_t>& order) override {
-    return order_rays(rays, parts_.kernels.tree().bvh().bounds, order);
-  }
-  std::vector<std::uint32_t> masks(std::uint64_t first, std::size_t count) override {
-    std::vector<std::uint32_t> masks(source_.masks ? count : 0);
-    if (source_.masks) source_.masks(first, masks);
-    return masks;
-  }
-  void bind_masks(QueryKernel& kernel, std::size_t rays, std::span<const std::uint32_t> masks, bool apart) override {
-    if (parts_.variant.masks) parts_.kernels.masks().bind(kernel, rays, masks, apart);
-  }
-  std::vector<std::vector<Hit>> settle(const RayPart& rays) override {
-    return parts_.exact_lists->lists({rays.questions, rays.masks});
-  }
-  bool reorders() const override { return parts_.query.exact; }
-  void put_in_order(const Ray& ray, std::vector<Hit>& hits) const override {
-    if (parts_.query.exact) return parts_.exact_lists->put_in_order(ray, hits);
-    ListKind::put_in_order(ray, hits);
-  }
-
- private:
-  Parts& parts_;
-  const RaySource& source_;
-  std::uint32_t first_;  // crossings that are looked for; 0: all
-};
 
 /// Answers rays by rows of first crossings.
 class RayQueries::Parts::FirstAnswerer : public Answerer<Ray, Hit> {
@@ -166,7 +110,7 @@ TakeLists in_rows(std::uint32_t most, const TakeFirst& take) {
 
 TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, const CrossingQuery& query) {
   if (source.count == 0) return {};
-  parts_->begin(source, query);
+  parts_->begin(bool(source.masks), query);
   if (query.most == 0) {
     const std::vector<std::uint32_t> none(std::min<std::uint64_t>(source.count, kChunk));
     for (std::uint64_t first = 0; first < source.count; first += none.size())
@@ -192,7 +136,7 @@ TraceTimes RayQueries::first(const RaySource& source, std::uint32_t most, const 
   query.most = most;
   if (most > kMostFirst || query.exact) return list(source, in_rows(most, take), query);
   if (source.count == 0) return {};
-  parts_->begin(source, query);
+  parts_->begin(bool(source.masks), query);
   Parts::Crossings crossings(*parts_, source);
   Parts::FirstAnswerer answerer(*parts_, crossings);
   Stream<Ray, Hit> stream{.most = source.count, .make = source.make, .take = take, .progress = source.progress};

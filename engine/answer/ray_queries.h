@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/answer/device_lists.h"
 #include "engine/answer/stream.h"
 #include "shaders/shared/query.h"
 
@@ -23,6 +24,13 @@ struct RaySource {
   std::function<void(std::uint64_t done)> progress = {};
   /// Writes the masks of the rays from number `first` on. May be empty: all bits.
   std::function<void(std::uint64_t first, std::span<std::uint32_t> room)> masks = {};
+};
+
+/// Rays of an array on the device.
+struct DeviceRays {
+  const Buffer<Ray>& rays;
+  std::uint64_t count = 0;                       // the first so many are asked
+  const Buffer<std::uint32_t>* masks = nullptr;  // of each; null: all bits
 };
 
 /// All crossings of a ray: no limit.
@@ -96,6 +104,21 @@ class RayQueries {
   /// Finds the first `most` crossings of each ray, with the bits that list() has. What query.most says does not count.
   /// Up to 16 are looked for no farther than they lie. Throws as count(), and Error(Arguments) if `most` is 0.
   TraceTimes first(const RaySource& rays, std::uint32_t most, const TakeFirst& take, const CrossingQuery& query = {});
+
+  /// The same for arrays on the device, in the order of their rays. Counts, lists and rows have the bits of those
+  /// above. Neighbours share a subgroup, so rays that are alike should be next to each other. On a GPU the host sees no
+  /// more than the number of all crossings, but for three cases, in which rays and lists pass through its memory: mode
+  /// exact; the first crossings of a ray that are more than 16; lists of more than 16384. Throw as count(), and
+  /// Error(Arguments) if an array has too few records. Rays and results must not overlap.
+  TraceTimes count(const DeviceRays& rays, Buffer<std::uint32_t>& counts, const CrossingQuery& query = {});
+  DeviceListed list(const DeviceRays& rays, const DeviceLists<Hit>& to, const CrossingQuery& query = {});
+  /// Writes rows of `most` hits.
+  TraceTimes first(const DeviceRays& rays, std::uint32_t most, Buffer<Hit>& hits, const CrossingQuery& query = {});
+
+  /// Writes those of the first `count` hits on the device that are no misses one after the other, in their order, and
+  /// the number of each among all. Returns how many there are; what there is no room for is not written.
+  DeviceListed hits_alone(const Buffer<Hit>& hits, std::uint64_t count, Buffer<Hit>& to,
+                          Buffer<std::uint32_t>& numbers);
 
   Context& context();
 

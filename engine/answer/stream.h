@@ -159,6 +159,8 @@ class StreamRing {
 
   /// True if one chunk is under way at a time, which the host sees: devices that are the CPU.
   bool is_alone() const { return gpu_.info().is_cpu() && !acts_as_gpu_; }
+  /// Returns the most questions of a chunk; but for tests any number.
+  std::size_t most() const { return most_; }
   /// For tests: a CPU device has three sets, and copies, as a GPU with memory of its own; chunks have `most` questions.
   void act_as_gpu(std::size_t most) { rooms_.clear(), acts_as_gpu_ = true, most_ = most; }
 

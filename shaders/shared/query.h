@@ -15,6 +15,8 @@
 #define BIND_POINT_INSTANCES 23  // in: the instances as closest points need them
 #define BIND_RECORDS 24         // out: the records of lists
 #define BIND_ROWS 25            // in: the same in rows
+#define BIND_OFFSETS 26         // out: where lists begin among all
+#define BIND_APPENDED 27        // AppendedLists
 #define BIND_MADE_HOW 29        // in: how questions are made of tables
 #define BIND_MADE_WORDS 30      // in: the tables
 
@@ -53,7 +55,7 @@
 #define LISTS_ROWS 1
 #define LISTS_PLACES 2
 
-// A list that is longer takes no place: the host makes it apart.
+// A longer list is put in order by a whole workgroup, or takes no place: the host makes it apart.
 #define LONGEST_LIST 512u
 
 // The values of BALLOT_CULL: what is left out.
@@ -73,6 +75,10 @@
 #define PLACES_TILES 0u  // sums each tile
 #define PLACES_SUM 1u    // sums the tiles
 #define PLACES_PLACE 2u
+// The values of BALLOT_PLACES: lists alone, lists behind others, hits without those that are none.
+#define PLACES_LISTS 0
+#define PLACES_APPENDED 1
+#define PLACES_HITS 2
 
 // shaders/query/signs.comp: the lanes of a workgroup, and the values of BALLOT_SIGNS.
 #define SIGNS_GROUP 128u
@@ -154,6 +160,14 @@ struct PlacesPush {
   uint records;  // room for all lists
 };
 BALLOT_RECORD(PlacesPush, 20);
+
+// What places.comp knows of the lists so far.
+struct AppendedLists {
+  uint low;      // word of the sum of their lengths
+  uint high;     // word
+  uint longest;  // length of the longest one above PlacesPush::longest; 0: none is
+};
+BALLOT_RECORD(AppendedLists, 12);
 
 // Push constants of order.comp.
 struct OrderPush {

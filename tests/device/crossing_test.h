@@ -11,6 +11,7 @@
 #include "engine/oracle/nearest.h"
 #include "tests/cpu/brute_crossings.h"
 #include "tests/cpu/shapes.h"
+#include "tests/device/arrays_there.h"
 #include "tests/device/fixture.h"
 
 namespace ballot {
@@ -62,7 +63,8 @@ class CrossingTest : public DeviceTest {
                                            const CrossingQuery& query = {}) {
     return counts(queries, source_of(rays), query);
   }
-  /// Lists crossings as the device does, and as a GPU would in several chunks, which must be the same.
+  /// Lists crossings as the device does, and as a GPU would in several chunks, which must be the same; and of rays on
+  /// the device, in both ways.
   static std::vector<std::vector<Hit>> lists(RayQueries& queries, const RaySource& source,
                                              const CrossingQuery& query = {}) {
     const auto all = listed_once(queries, source, query);
@@ -70,7 +72,9 @@ class CrossingTest : public DeviceTest {
     ring.reset();
     StreamRing::of(queries.context()).act_as_gpu(700);
     const auto again = listed_once(queries, source, query);
+    expect_there(queries, source, query, all);
     ring.reset();
+    expect_there(queries, source, query, all);
     EXPECT_EQ(again.size(), all.size());
     for (std::size_t i = 0; i < std::min(all.size(), again.size()); ++i) {
       EXPECT_EQ(again[i].size(), all[i].size()) << "ray " << i;
@@ -92,6 +96,32 @@ class CrossingTest : public DeviceTest {
     };
     queries.list(source, take, query);
     return all;
+  }
+  /// Expects these lists, their counts and offsets, and their rows of first hits, of rays on the device.
+  static void expect_there(RayQueries& queries, const RaySource& source, const CrossingQuery& query,
+                           const std::vector<std::vector<Hit>>& truth) {
+    const RaysThere there(queries.context(), source);
+    ListedCrossings all;
+    std::vector<std::int64_t> offsets{0};
+    for (const std::vector<Hit>& hits : truth) {
+      all.counts.push_back(std::uint32_t(hits.size()));
+      all.hits.insert(all.hits.end(), hits.begin(), hits.end());
+      offsets.push_back(std::int64_t(all.hits.size()));
+    }
+    ArraysThere<Hit> to(queries.context(), truth.size(), all.hits.size() + 3);
+    EXPECT_EQ(queries.list(there.rays(), to.lists(), query).records, all.hits.size());
+    to.expect(all.counts, offsets, all.hits);
+    if (query.most == kAllHits) {
+      queries.count(there.rays(), to.counts, query);
+      to.expect(all.counts, offsets, all.hits);
+    }
+    if (query.most == 0 || query.most == kAllHits) return;
+    std::vector<Hit> rows(truth.size() * query.most, {std::numeric_limits<float>::infinity(), NO_HIT, 0, 0});
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      std::ranges::copy(truth[i], rows.begin() + std::ptrdiff_t(i * query.most));
+    ArraysThere<Hit> first(queries.context(), 0, rows.size());
+    queries.first(there.rays(), query.most, first.records, query);
+    first.expect({}, {}, rows);
   }
   static std::vector<std::vector<Hit>> lists(RayQueries& queries, std::span<const Ray> rays,
                                              const CrossingQuery& query = {}) {

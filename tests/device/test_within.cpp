@@ -7,6 +7,7 @@
 #include "engine/oracle/closest.h"
 #include "engine/oracle/nearest.h"
 #include "engine/tree/host/moved_corners.h"
+#include "tests/device/arrays_there.h"
 #include "tests/device/builders.h"
 #include "tests/device/forests.h"
 
@@ -51,13 +52,31 @@ class WithinRadius : public Builders {
           << "point " << i;
     }
   }
-  /// Lists as the device does, and as a GPU would in several chunks, which must be the same.
+  static void expect_there(PointQueries& queries, std::span<const ProbePoint> points, const Lists& truth) {
+    std::vector<std::uint32_t> counts;
+    std::vector<std::int64_t> offsets{0};
+    std::vector<Within> all;
+    for (const auto& list : truth) {
+      counts.push_back(std::uint32_t(list.size()));
+      all.insert(all.end(), list.begin(), list.end());
+      offsets.push_back(std::int64_t(all.size()));
+    }
+    Buffer<ProbePoint> there(*gpu_, points.size(), Access::Storage, "points");
+    there.upload(points);
+    ArraysThere<Within> to(*gpu_, points.size(), all.size() + 2);
+    EXPECT_EQ(queries.within(there, points.size(), to.lists()).records, all.size());
+    to.expect(counts, offsets, all);
+  }
+  /// Lists as the device does, and as a GPU would in several chunks, which must be the same; and of points on the
+  /// device, in both ways.
   static Lists lists(PointQueries& queries, std::span<const ProbePoint> points) {
     Lists all = listed_once(queries, points);
     gpu_->stream_ring().reset();
     StreamRing::of(*gpu_).act_as_gpu(500);
     expect_equal(listed_once(queries, points), all);
+    expect_there(queries, points, all);
     gpu_->stream_ring().reset();
+    expect_there(queries, points, all);
     return all;
   }
   static Lists lists(const std::vector<Triangle>& triangles, std::span<const ProbePoint> points,
