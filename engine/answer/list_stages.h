@@ -44,12 +44,13 @@ class ListStages {
     refresh(gpu_, rooms_.sums, places_source(PLACES_LISTS));
     place(*rooms_.sums, asked, longest, room, times);
   }
-  /// The same behind the lists that rooms.appended knows of, for lists of any length. Writes where they begin to
-  /// `offsets` too, which has one word pair more than there are lists.
-  void append(const Asked& asked, const BufferPart& offsets, std::uint32_t room, TraceTimes& times) {
+  /// The same for lists of any length, which lie behind those that `earlier` sums up. Adds them to these. Writes where
+  /// they begin to `offsets`, too, and their end.
+  void append(const Asked& asked, const BufferPart& offsets, std::uint32_t room, Buffer<AppendedLists>& earlier,
+              TraceTimes& times) {
     refresh(gpu_, rooms_.appends, places_source(PLACES_APPENDED));
     rooms_.appends->bind(BIND_OFFSETS, offsets);
-    rooms_.appends->bind(BIND_APPENDED, *rooms_.appended);
+    rooms_.appends->bind(BIND_APPENDED, earlier);
     place(*rooms_.appends, asked, LONGEST_LIST, room, times);
   }
 
@@ -79,9 +80,7 @@ class ListStages {
     pass(*rooms_.order, kCarryGroups, OrderPush{asked.count, ORDER_CARRY, 0, 0}, times);
   }
 
- private:
-  static constexpr std::uint32_t kCarryGroups = 1024;
-
+  /// Records a dispatch.
   template <class Push>
   void pass(Kernel& kernel, std::uint32_t groups, const Push& push, TraceTimes& times) {
     gpu_.pass(
@@ -89,6 +88,9 @@ class ListStages {
         [&times](double ms) { times.device_ms += ms; });
     ++times.dispatches;
   }
+
+ private:
+  static constexpr std::uint32_t kCarryGroups = 1024;
 
   void place(Kernel& kernel, const Asked& asked, std::uint32_t longest, std::uint32_t room, TraceTimes& times) {
     const std::uint32_t tiles = asked.count / PLACES_TILE + 1;  // a place behind the last list has the sum of all

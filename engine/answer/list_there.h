@@ -43,48 +43,147 @@ inline BufferPart words_of(const Buffer<std::uint32_t>& all, std::uint64_t first
   return {all, first * sizeof(std::uint32_t), count * sizeof(std::uint32_t)};
 }
 
-/// Lists the records of questions on the device, part by part, behind each other. Returns the number of all; none if
-/// the host has to look: if the driver cut a walk short, or lists are too long to be put in order here.
+/// Makes the lists of an array of questions on the device, part by part, each behind the one before. A call returns
+/// nothing if the host has to look: if the driver cut a walk short, or a list is too long to be put in order here.
 template <class Question, class Record>
-std::optional<std::uint64_t> list_there(Context& gpu, ListKind<Question, Record>& kind,
-                                        ListRooms<Question, Record>& rooms, const Buffer<Question>& questions,
-                                        std::uint64_t count, const DeviceLists<Record>& to, TraceTimes& times) {
-  ListStages<Question, Record> stages(gpu, kind, rooms);
-  const bool counts_alone = !to.records && kind.has_rest();
-  const auto first_kernel = [&](std::size_t some) -> QueryKernel& {
-    return counts_alone ? kind.kernel(ListForm::Numbers, false) : stages.to_rows(some);
-  };
-  const std::size_t row = counts_alone ? 1 : kind.row();
-  const std::uint32_t size =
-      part_size(gpu, std::min<std::size_t>({first_kernel(0).most(), kListChunk, kMostRecords / row}));
-  const std::uint32_t longest = gpu.info().is_cpu() ? kMostInOrderOfCpu : kMostInOrder;
-  const auto room = std::uint32_t(std::min<std::uint64_t>(to.records ? to.records->size() : 0, ~0u));
-  buffer_for(rooms.appended, gpu, 1, "sum of lists").record_upload(std::vector<AppendedLists>(1));
-  QuestionParts<Question> parts(gpu, questions, count);
-  const std::function<void(std::uint32_t)> none;
-  for (std::uint64_t first = 0; first < count; first += size) {
-    const auto some = std::uint32_t(std::min<std::uint64_t>(size, count - first));
-    const typename ListStages<Question, Record>::Asked asked{parts.of(first, some), words_of(to.counts, first, some),
-                                                             some, none};
-    QueryKernel& kernel = first_kernel(some);
-    kind.bind_masks_there(kernel, first, some);
-    if (stages.walk(kernel, asked, times) > 0) return {};
-    const std::uint64_t words = (some + std::uint64_t{1}) * sizeof(std::int64_t);
-    if (to.offsets)
-      stages.append(asked, {*to.offsets, first * sizeof(std::int64_t), words}, room, times);
-    else
-      stages.append(asked, buffer_for(rooms.offsets, gpu, std::bit_ceil(some) + 1, "offsets of lists"), room, times);
-    if (to.records && kind.has_rest() && stages.walk(stages.to_places(*to.records), asked, times) > 0) return {};
-    if (to.records) stages.put_in_order(asked, *to.records, LONGEST_LIST, times);
-    if (to.records && kind.has_rest()) stages.put_long_in_order(asked, *to.records, longest, times);
-    gpu.flush();
-    check_interruption();
+class ListsThere {
+ public:
+  using Kind = ListKind<Question, Record>;
+  using Rooms = ListRooms<Question, Record>;
+
+  /// Keeps references to all.
+  ListsThere(Context& gpu, Kind& kind, Rooms& rooms, const Buffer<Question>& questions, std::uint64_t count,
+             TraceTimes& times)
+      : gpu_(gpu),
+        kind_(kind),
+        rooms_(rooms),
+        stages_(gpu, kind, rooms),
+        count_(count),
+        times_(times),
+        parts_(gpu, questions, count) {}
+
+  /// Returns the number of records of all lists.
+  std::optional<std::uint64_t> list(const DeviceLists<Record>& to) {
+    const bool cuts = kind_.has_rest() && kind_.most() != ~0u, rows = to.records || !kind_.has_rest();
+    const std::uint32_t room = to.records ? room_of(*to.records) : 0;
+    begin(rooms_.appended);
+    for (std::uint64_t first = 0; first < count_;) {
+      std::uint32_t some = begin_part(first, size(rows ? kind_.row() : 1));
+      if (!walk(rows, first, some, to.counts)) return {};
+      if (cuts && to.records && !make_whole(first, some, to.counts)) return {};
+      const Asked asked = part(first, some, to.counts);
+      if (cuts) pick(PICK_COUNTS, asked, {});
+      append(asked, first, to.offsets, room);
+      if (to.records && cuts) pick(PICK_LISTS, asked, BufferPart(*to.records));
+      if (to.records && !cuts && !fill(asked, *to.records)) return {};
+      first += some;
+      gpu_.flush();
+      check_interruption();
+    }
+    const AppendedLists all = read(*rooms_.appended);
+    if (to.records && !cuts && all.longest > longest()) return {};
+    return std::uint64_t{all.high} << 32 | all.low;
   }
-  AppendedLists all{};
-  rooms.appended->download(std::span(&all, 1));
-  if (to.records && all.longest > longest) return {};
-  return std::uint64_t{all.high} << 32 | all.low;
-}
+
+  /// Writes rows of the first records, filled up with misses. `numbers` has room for those of all questions. Returns
+  /// false for nothing.
+  bool rows(Buffer<std::uint32_t>& numbers, Buffer<Record>& to) {
+    const std::uint64_t row = kind_.most() * sizeof(Record);
+    for (std::uint64_t first = 0; first < count_;) {
+      std::uint32_t some = begin_part(first, size(kind_.row()));
+      if (!walk(true, first, some, numbers) || !make_whole(first, some, numbers)) return false;
+      pick(PICK_ROWS, part(first, some, numbers), BufferPart(to, first * row, some * row));
+      first += some;
+      gpu_.flush();
+      check_interruption();
+    }
+    gpu_.finish();
+    return true;
+  }
+
+ private:
+  using Asked = typename ListStages<Question, Record>::Asked;
+
+  std::uint32_t longest() const { return gpu_.info().is_cpu() ? kMostInOrderOfCpu : kMostInOrder; }
+  static std::uint32_t room_of(const Buffer<Record>& to) {
+    return std::uint32_t(std::min<std::uint64_t>(to.size(), ~0u));
+  }
+  std::uint32_t size(std::size_t row) {
+    const std::size_t of_kernel = kind_.kernel(ListForm::Rows, false).most();
+    return part_size(gpu_, std::min<std::size_t>({of_kernel, kListChunk, kMostRecords / row}));
+  }
+  std::uint32_t begin_part(std::uint64_t first, std::uint32_t size) const {
+    return std::uint32_t(std::min<std::uint64_t>(size, count_ - first));
+  }
+  Asked part(std::uint64_t first, std::uint32_t some, Buffer<std::uint32_t>& counts) {
+    return {parts_.of(first, some), words_of(counts, first, some), some, none_};
+  }
+  void begin(std::unique_ptr<Buffer<AppendedLists>>& sum) {
+    buffer_for(sum, gpu_, 1, "sum of lists").record_upload(std::vector<AppendedLists>(1));
+  }
+  static AppendedLists read(const Buffer<AppendedLists>& sum) {
+    AppendedLists all{};
+    sum.download(std::span(&all, 1));
+    return all;
+  }
+
+  /// Numbers the records of a part, and writes the first to `rows` if wanted.
+  bool walk(bool rows, std::uint64_t first, std::uint32_t some, Buffer<std::uint32_t>& counts) {
+    QueryKernel& kernel = rows ? stages_.to_rows(some) : kind_.kernel(ListForm::Numbers, false);
+    kind_.bind_masks_there(kernel, first, some);
+    return stages_.walk(kernel, part(first, some, counts), times_) == 0;
+  }
+  void append(const Asked& asked, std::uint64_t first, Buffer<std::int64_t>* offsets, std::uint32_t room) {
+    const std::uint64_t word = sizeof(std::int64_t);
+    const std::uint32_t some = asked.count;
+    const BufferPart begins = offsets ? BufferPart(*offsets, first * word, (some + std::uint64_t{1}) * word)
+                                      : buffer_for(rooms_.offsets, gpu_, std::bit_ceil(some) + 1, "offsets of lists");
+    stages_.append(asked, begins, room, *rooms_.appended, times_);
+  }
+  /// Writes the lists of a part to their places.
+  bool fill(const Asked& asked, Buffer<Record>& records) {
+    if (kind_.has_rest() && stages_.walk(stages_.to_places(records), asked, times_) > 0) return false;
+    stages_.put_in_order(asked, records, LONGEST_LIST, times_);
+    if (kind_.has_rest()) stages_.put_long_in_order(asked, records, longest(), times_);
+    return true;
+  }
+
+  /// Makes the whole lists of a part in memory between. Halves the part until they fit.
+  bool make_whole(std::uint64_t first, std::uint32_t& some, Buffer<std::uint32_t>& counts) {
+    for (;; some = std::bit_ceil(some) / 2) {
+      begin(rooms_.part);
+      const Asked asked = part(first, some, counts);
+      stages_.append(asked, buffer_for(rooms_.offsets, gpu_, std::bit_ceil(some) + 1, "offsets of lists"), ~0u,
+                     *rooms_.part, times_);
+      const AppendedLists sum = read(*rooms_.part);
+      if (sum.longest > longest()) return false;
+      if (sum.high || sum.low > kMostRecords) continue;
+      Buffer<Record>& whole = buffer_for(rooms_.records_apart, gpu_, std::max(sum.low, 1u), "whole lists");
+      if (!fill(asked, whole)) return false;
+      std::swap(rooms_.places, rooms_.whole_places);
+      return true;
+    }
+  }
+  void pick(std::uint32_t step, const Asked& asked, std::optional<BufferPart> to) {
+    refresh(gpu_, rooms_.pick, pick_source());
+    const RawBuffer& unused = *rooms_.appended;
+    rooms_.pick->bind(BIND_CROSSINGS, asked.numbers);
+    rooms_.pick->bind(BIND_WHOLE_PLACES, rooms_.whole_places ? BufferPart(*rooms_.whole_places) : unused);
+    rooms_.pick->bind(BIND_PLACES, step == PICK_LISTS ? BufferPart(*rooms_.places) : unused);
+    rooms_.pick->bind(BIND_ROWS, to ? BufferPart(*rooms_.records_apart) : unused);
+    rooms_.pick->bind(BIND_RECORDS, to ? *to : BufferPart(unused));
+    stages_.pass(*rooms_.pick, asked.count / ORDER_GROUP + 1, PickPush{asked.count, step, kind_.most()}, times_);
+  }
+
+  Context& gpu_;
+  Kind& kind_;
+  Rooms& rooms_;
+  ListStages<Question, Record> stages_;
+  std::uint64_t count_;
+  TraceTimes& times_;
+  QuestionParts<Question> parts_;
+  std::function<void(std::uint32_t)> none_;
+};
 
 /// Writes lists that come from a stream to arrays on the device.
 template <class Record>

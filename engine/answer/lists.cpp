@@ -16,4 +16,6 @@ KernelSource order_source(std::uint32_t record_words, bool of_long) {
           .group_size = ORDER_GROUP};
 }
 
+KernelSource pick_source() { return {.name = "query.pick", .file = "query/pick.comp", .group_size = ORDER_GROUP}; }
+
 }  // namespace ballot

@@ -81,8 +81,10 @@ struct ListRooms {
   std::array<Room, 3> rooms;  // of chunks under way
   std::uint32_t records = 0;  // of a room
   std::unique_ptr<Kernel> sums, order;
-  std::unique_ptr<Kernel> appends, long_order, alone;  // of lists that stay on the device
-  std::unique_ptr<Buffer<AppendedLists>> appended;
+  // Of lists that stay on the device.
+  std::unique_ptr<Kernel> appends, long_order, pick, alone;
+  std::unique_ptr<Buffer<AppendedLists>> appended, part;
+  std::unique_ptr<Buffer<std::uint32_t>> whole_places;
   std::unique_ptr<Buffer<std::int64_t>> offsets;
   std::unique_ptr<Buffer<Record>> rows;
   std::unique_ptr<Buffer<std::uint32_t>> places, tiles;
@@ -98,6 +100,7 @@ struct ListRooms {
 /// `of`: PLACES_.... `of_long`: of lists that a workgroup puts in order.
 KernelSource places_source(int of);
 KernelSource order_source(std::uint32_t record_words, bool of_long = false);
+KernelSource pick_source();
 
 }  // namespace ballot
 

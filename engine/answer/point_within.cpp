@@ -77,8 +77,8 @@ DeviceListed PointQueries::within(const Buffer<ProbePoint>& points, std::uint64_
   if (count > 0 && !StreamRing::of(parts_->gpu).is_alone()) {
     Parts::WithinLists kind(*parts_);
     const PassScope scope(parts_->gpu);
-    const auto all = list_there(parts_->gpu, kind, parts_->lists, points, count, to, listed.times);
-    if (all) return listed.records = *all, listed;
+    ListsThere lists(parts_->gpu, kind, parts_->lists, points, count, listed.times);
+    if (const auto all = lists.list(to)) return listed.records = *all, listed;
   }
   DeviceListsSink<Within> sink(to);
   InsideStream stream{.most = count};

@@ -55,6 +55,10 @@ bool RayQueries::Parts::count_there(const DeviceRays& there, Buffer<std::uint32_
 bool RayQueries::Parts::first_there(const DeviceRays& there, Buffer<Hit>& hits, TraceTimes& times) {
   const RaySource none;
   Crossings crossings(*this, none, there.masks);
+  if (crossings.has_rest()) {
+    ListsThere lists(gpu, crossings, rooms, there.rays, there.count, times);
+    return lists.rows(buffer_for(numbers, gpu, std::size_t(there.count), "numbers of crossings"), hits);
+  }
   QueryKernel& kernel = crossings.kernel(ListForm::Rows, false);
   const std::uint64_t row = crossings.row() * sizeof(Hit);
   const std::uint32_t most = part_size(gpu, std::min<std::size_t>(kernel.most(), kChunk));
@@ -101,7 +105,7 @@ TraceTimes RayQueries::first(const DeviceRays& there, std::uint32_t most, Buffer
   query.most = most;
   Parts& parts = *parts_;
   parts.begin(there.masks != nullptr, query);
-  if (!goes_through_host(parts.gpu, query) && most <= kMostFirst) {
+  if (!goes_through_host(parts.gpu, query)) {
     TraceTimes times;
     const PassScope scope(parts.gpu);
     if (parts.first_there(there, hits, times)) return times;
@@ -118,13 +122,12 @@ DeviceListed RayQueries::list(const DeviceRays& there, const DeviceLists<Hit>& t
   Parts& parts = *parts_;
   parts.begin(there.masks != nullptr, query);
   DeviceListed listed;
-  if (there.count > 0 && !goes_through_host(parts.gpu, query) && query.most > 0 &&
-      (query.most <= kMostFirst || query.most == kAllHits)) {
+  if (there.count > 0 && !goes_through_host(parts.gpu, query) && query.most > 0) {
     const RaySource none;
     Parts::Crossings crossings(parts, none, there.masks);
     const PassScope scope(parts.gpu);
-    const auto all = list_there(parts.gpu, crossings, parts.rooms, there.rays, there.count, to, listed.times);
-    if (all) return listed.records = *all, listed;
+    ListsThere lists(parts.gpu, crossings, parts.rooms, there.rays, there.count, listed.times);
+    if (const auto all = lists.list(to)) return listed.records = *all, listed;
   }
   DeviceListsSink<Hit> sink(to);
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits) {
@@ -135,7 +138,7 @@ DeviceListed RayQueries::list(const DeviceRays& there, const DeviceLists<Hit>& t
   return listed;
 }
 
-DeviceListed RayQueries::hits_alone(const Buffer<Hit>& hits, std::uint64_t count, Buffer<Hit>& to,
+DeviceListed RayQueries::hits_alone(const Buffer<Hit>& hits, std::uint64_t count, std::uint32_t row, Buffer<Hit>& to,
                                     Buffer<std::uint32_t>& numbers) {
   check_there(hits.size(), count, "hits alone", "hits");
   DeviceListed found;
@@ -156,7 +159,7 @@ DeviceListed RayQueries::hits_alone(const Buffer<Hit>& hits, std::uint64_t count
     gpu.pass(
         rooms.alone->name(),
         [&](Commands& cmd) {
-          rooms.alone->dispatch(cmd, step == PLACES_SUM ? 1 : tiles, PlacesPush{all, tiles, step, 0, room});
+          rooms.alone->dispatch(cmd, step == PLACES_SUM ? 1 : tiles, PlacesPush{all, tiles, step, row, room});
         },
         [&](double ms) { found.times.device_ms += ms; });
   found.times.dispatches = 3;

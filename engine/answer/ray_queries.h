@@ -107,17 +107,18 @@ class RayQueries {
 
   /// The same for arrays on the device, in the order of their rays. Counts, lists and rows have the bits of those
   /// above. Neighbours share a subgroup, so rays that are alike should be next to each other. On a GPU the host sees no
-  /// more than the number of all crossings, but for three cases, in which rays and lists pass through its memory: mode
-  /// exact; the first crossings of a ray that are more than 16; lists of more than 16384. Throw as count(), and
-  /// Error(Arguments) if an array has too few records. Rays and results must not overlap.
+  /// more than the number of all crossings, but in mode exact, and if a ray has more than 16384: then rays and lists
+  /// pass through its memory. Throw as count(), and Error(Arguments) if an array has too few records. Rays and results
+  /// must not overlap.
   TraceTimes count(const DeviceRays& rays, Buffer<std::uint32_t>& counts, const CrossingQuery& query = {});
   DeviceListed list(const DeviceRays& rays, const DeviceLists<Hit>& to, const CrossingQuery& query = {});
   /// Writes rows of `most` hits.
   TraceTimes first(const DeviceRays& rays, std::uint32_t most, Buffer<Hit>& hits, const CrossingQuery& query = {});
 
   /// Writes those of the first `count` hits on the device that are no misses one after the other, in their order, and
-  /// the number of each among all. Returns how many there are; what there is no room for is not written.
-  DeviceListed hits_alone(const Buffer<Hit>& hits, std::uint64_t count, Buffer<Hit>& to,
+  /// the number of the ray of each, of which there are rows of `row` hits. Returns how many there are; what there is no
+  /// room for is not written. The arrays must not overlap.
+  DeviceListed hits_alone(const Buffer<Hit>& hits, std::uint64_t count, std::uint32_t row, Buffer<Hit>& to,
                           Buffer<std::uint32_t>& numbers);
 
   Context& context();

@@ -12,7 +12,7 @@
 //
 // PLACES_APPENDED: the lists lie behind those of earlier dispatches, whose sum is in `appended`; `offsets` has where
 // each begins, whatever the room. Sums have 64 bits, low word first.
-// PLACES_HITS: a list is a hit, or nothing: hits go to their places, each with its number.
+// PLACES_HITS: a list is a hit, or nothing: hits go to their places, each with the number of its query.
 #include "../shared/query.h"
 
 layout(local_size_x = PLACES_GROUP) in;
@@ -132,7 +132,7 @@ void main() {
     bool is_hit = room_of(first + i).x != 0u;
     if (is_hit && IN_ROOM(before) < push.records) {
       records[before.x] = hits[first + i];
-      numbers[before.x] = first + i;
+      numbers[before.x] = (first + i) / push.longest;
     }
 #else
     if (first + i <= push.lists) places[first + i] = IN_ROOM(before);

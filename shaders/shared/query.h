@@ -19,6 +19,7 @@
 #define BIND_APPENDED 27        // AppendedLists
 #define BIND_MADE_HOW 29        // in: how questions are made of tables
 #define BIND_MADE_WORDS 30      // in: the tables
+#define BIND_WHOLE_PLACES 28    // in: where lists lie whole
 
 // shaders/query/columns.comp.
 #define BIND_PRIM_TABLE 26    // in: placements and ids of triangles (engine/answer/columns.h)
@@ -67,6 +68,11 @@
 #define ORDER_GROUP 128u
 #define ORDER_LISTS 0u
 #define ORDER_CARRY 1u
+
+// shaders/query/pick.comp, by workgroups as order.comp: the dispatches.
+#define PICK_COUNTS 0u  // cuts the numbers of records
+#define PICK_LISTS 1u
+#define PICK_ROWS 2u
 
 // shaders/query/places.comp: the lanes of a workgroup, the queries of a lane and of a tile, and the dispatches.
 #define PLACES_GROUP 128u
@@ -156,7 +162,7 @@ struct PlacesPush {
   uint lists;
   uint tiles;
   uint step;     // PLACES_...
-  uint longest;  // list that takes a place
+  uint longest;  // list that takes a place; of hits: how many each query has
   uint records;  // room for all lists
 };
 BALLOT_RECORD(PlacesPush, 20);
@@ -177,6 +183,14 @@ struct OrderPush {
   uint longest;  // list that has a place
 };
 BALLOT_RECORD(OrderPush, 16);
+
+// Push constants of pick.comp.
+struct PickPush {
+  uint lists;
+  uint step;  // PICK_...
+  uint most;  // records of a beginning
+};
+BALLOT_RECORD(PickPush, 12);
 
 // Push constants of signs.comp.
 struct SignsPush {

@@ -72,6 +72,20 @@ TEST_F(DeviceListsTest, LongListsAreInOrder) {
   }
 }
 
+// First crossings of more rays than have room for their whole lists at a time.
+TEST_F(DeviceListsTest, BeginningsAreMadePartByPart) {
+  const auto t = make(*gpu_, shapes::identical(520), {.builder = BuilderId::Balanced});
+  RayQueries queries(*gpu_, t->tracer->tree());
+  const std::vector<Ray> rays(8200, Ray{{0.2f, 0.2f, 2}, 0, {0, 0, -1}, 9});
+  StreamRing::of(*gpu_).act_as_gpu(1 << 14);
+  const RaysThere there(*gpu_, source_of(rays));
+  ArraysThere<Hit> rows(*gpu_, 0, rays.size() * 20);
+  queries.first(there.rays(), 20, rows.records);
+  std::vector<Hit> truth(rays.size() * 20, first(queries, source_of(std::span(rays).first(1)), 1)[0]);
+  for (std::uint32_t i = 0; i < truth.size(); ++i) truth[i].prim = i % 20;
+  rows.expect({}, {}, truth);
+}
+
 TEST_F(DeviceListsTest, RefuseArraysThatAreTooSmall) {
   const auto t = make(*gpu_, shapes::grid(2));
   RayQueries queries(*gpu_, t->tracer->tree());
@@ -133,12 +147,15 @@ TEST_F(DeviceListsTest, HitsAloneKeepTheirOrderAndNumbers) {
   }
   ArraysThere<Hit> from(*gpu_, 0, all.size()), to(*gpu_, 9000, alone.size() + 1), small(*gpu_, 9000, 100);
   from.records.upload(all);
-  EXPECT_EQ(queries.hits_alone(from.records, 8999, to.records, to.counts).records, alone.size());
+  EXPECT_EQ(queries.hits_alone(from.records, 8999, 1, to.records, to.counts).records, alone.size());
   to.expect(numbers, {}, alone);
-  EXPECT_EQ(queries.hits_alone(from.records, 8999, small.records, small.counts).records, alone.size());
+  EXPECT_EQ(queries.hits_alone(from.records, 8999, 1, small.records, small.counts).records, alone.size());
   small.expect(std::span(numbers).first(100), {}, std::span(alone).first(100));
-  EXPECT_EQ(queries.hits_alone(from.records, 0, to.records, to.counts).records, 0u);
-  EXPECT_NE(refusal([&] { queries.hits_alone(from.records, 9001, to.records, to.counts); }), "none");
+  for (std::uint32_t& n : numbers) n /= 3;
+  EXPECT_EQ(queries.hits_alone(from.records, 8999, 3, to.records, to.counts).records, alone.size());
+  to.expect(numbers, {}, alone);
+  EXPECT_EQ(queries.hits_alone(from.records, 0, 1, to.records, to.counts).records, 0u);
+  EXPECT_NE(refusal([&] { queries.hits_alone(from.records, 9001, 1, to.records, to.counts); }), "none");
 }
 
 }  // namespace
