@@ -166,12 +166,12 @@ class ListsThere {
   }
   void pick(std::uint32_t step, const Asked& asked, std::optional<BufferPart> to) {
     refresh(gpu_, rooms_.pick, pick_source());
-    const RawBuffer& unused = *rooms_.appended;
+    const BufferPart& unused = asked.numbers;
     rooms_.pick->bind(BIND_CROSSINGS, asked.numbers);
     rooms_.pick->bind(BIND_WHOLE_PLACES, rooms_.whole_places ? BufferPart(*rooms_.whole_places) : unused);
     rooms_.pick->bind(BIND_PLACES, step == PICK_LISTS ? BufferPart(*rooms_.places) : unused);
     rooms_.pick->bind(BIND_ROWS, to ? BufferPart(*rooms_.records_apart) : unused);
-    rooms_.pick->bind(BIND_RECORDS, to ? *to : BufferPart(unused));
+    rooms_.pick->bind(BIND_RECORDS, to ? *to : unused);
     stages_.pass(*rooms_.pick, asked.count / ORDER_GROUP + 1, PickPush{asked.count, step, kind_.most()}, times_);
   }
 

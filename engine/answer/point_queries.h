@@ -36,6 +36,13 @@ struct PointQuery {
   std::span<const std::uint32_t> triangle_masks = {};
 };
 
+/// Points of an array on the device.
+struct DevicePoints {
+  const Buffer<ProbePoint>& points;
+  std::uint64_t count = 0;                       // the first so many are asked
+  const Buffer<std::uint32_t>* masks = nullptr;  // of each; null: all bits
+};
+
 /// Returns the sources of all kernels of point and ray queries for a device.
 std::vector<KernelSource> query_sources(const DeviceInfo& device);
 
@@ -81,10 +88,10 @@ class PointQueries {
   /// distances are computed in float32. Else as nearest().
   TraceTimes within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query = {});
 
-  /// The same for the first `count` points of an array on the device, whose order is kept. The bits are the same. On a
-  /// GPU the host sees no more than the number of all triangles, but where a list has more than 16384: points and lists
-  /// then pass through its memory. Throws Error(Arguments) if an array has too few records.
-  DeviceListed within(const Buffer<ProbePoint>& points, std::uint64_t count, const DeviceLists<Within>& to);
+  /// The same for points of an array on the device, whose order is kept; query.masks is theirs. The bits are the same.
+  /// On a GPU the host sees no more than the number of all triangles, unless a list has more than 16384: then points and
+  /// lists pass through its memory. Throws Error(Arguments) if an array has too few records.
+  DeviceListed within(const DevicePoints& points, const DeviceLists<Within>& to, const PointQuery& query = {});
 
   /// nearest() and inside() for points [0, count) of an array on the device, whose answers go to the same places of
   /// another. The order of the points is kept: neighbours share a subgroup, so points that are near each other should

@@ -7,7 +7,8 @@ namespace ballot {
 /// Lists of triangles, each of which lies in one leaf of the tree.
 class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
  public:
-  WithinLists(Parts& parts, const PointQuery& query) : parts_(parts), query_(query) {
+  WithinLists(Parts& parts, const PointQuery& query, const Buffer<std::uint32_t>* masks_there = nullptr)
+      : parts_(parts), query_(query), masks_there_(masks_there) {
     DeviceTree& tree = parts_.whole_tree();
     if (query.masks) parts.within_masks.take(tree, query.triangle_masks);
   }
@@ -48,16 +49,28 @@ class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
   void bind_masks(QueryKernel& kernel, std::size_t points, std::span<const std::uint32_t> masks, bool apart) override {
     if (query_.masks) parts_.within_masks.bind(kernel, points, masks, apart);
   }
+  void bind_masks_there(QueryKernel& kernel, std::uint64_t first, std::size_t count) override {
+    if (query_.masks) parts_.within_masks.bind_there(kernel, masks_there_, first, count);
+  }
 
  private:
   Parts& parts_;
   const PointQuery& query_;
+  const Buffer<std::uint32_t>* masks_there_;
 };
 
-TraceTimes PointQueries::within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query) {
+namespace {
+
+void refuse_exact(const PointQuery& query) {
   if (query.exact)
     fail(Failure::Arguments,
          "triangles within a radius: found mode exact; expected mode watertight: distances are computed in float32");
+}
+
+}  // namespace
+
+TraceTimes PointQueries::within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query) {
+  refuse_exact(query);
   Parts::WithinLists kind(*parts_, query);
   ListAnswerer<ProbePoint, Within> answerer(parts_->gpu, kind, parts_->lists);
   InsideStream asked = stream;
@@ -70,26 +83,33 @@ TraceTimes PointQueries::within(const InsideStream& stream, const TakeWithin& ta
   return times;
 }
 
-DeviceListed PointQueries::within(const Buffer<ProbePoint>& points, std::uint64_t count,
-                                  const DeviceLists<Within>& to) {
-  check_there(points.size(), "points", to, count);
+DeviceListed PointQueries::within(const DevicePoints& there, const DeviceLists<Within>& to, const PointQuery& query) {
+  refuse_exact(query);
+  check_there(there.points.size(), "points", to, there.count);
+  if (there.masks) check_there(there.masks->size(), there.count, "lists", "masks");
   DeviceListed listed;
-  if (count > 0 && !StreamRing::of(parts_->gpu).is_alone()) {
-    Parts::WithinLists kind(*parts_);
+  PointQuery asked = query;
+  asked.masks = {};
+  if (there.masks)
+    asked.masks = [&](std::uint64_t first, std::span<std::uint32_t> room) {
+      there.masks->download(room, std::size_t(first));
+    };
+  if (there.count > 0 && !StreamRing::of(parts_->gpu).is_alone()) {
+    Parts::WithinLists kind(*parts_, asked, there.masks);
     const PassScope scope(parts_->gpu);
-    ListsThere lists(parts_->gpu, kind, parts_->lists, points, count, listed.times);
+    ListsThere lists(parts_->gpu, kind, parts_->lists, there.points, there.count, listed.times);
     if (const auto all = lists.list(to)) return listed.records = *all, listed;
   }
   DeviceListsSink<Within> sink(to);
-  InsideStream stream{.most = count};
+  InsideStream stream{.most = there.count};
   stream.next = [&](std::uint64_t first, std::span<ProbePoint> room) {
-    points.download(room, std::size_t(first));
+    there.points.download(room, std::size_t(first));
     return room.size();
   };
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Within> found) {
     sink.take(first, counts, found);
   };
-  listed.times = within(stream, take);
+  listed.times = within(stream, take, asked);
   listed.records = sink.sum();
   return listed;
 }

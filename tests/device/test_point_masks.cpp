@@ -4,6 +4,7 @@
 
 #include "engine/answer/point_queries.h"
 #include "engine/tree/host/moved_corners.h"
+#include "tests/device/arrays_there.h"
 #include "tests/device/builders.h"
 #include "tests/device/forests.h"
 
@@ -60,6 +61,28 @@ class PointMasks : public Builders {
     queries.within(stream, take, query);
     return all;
   }
+  /// Expects the same lists of points on the device, as it is and as a GPU in several chunks.
+  static void expect_there(PointQueries& queries, std::span<const ProbePoint> points, const Words& of_points,
+                           const Words& of_triangles, const Lists& truth) {
+    Words counts;
+    std::vector<Within> all;
+    for (const auto& list : truth) {
+      counts.push_back(std::uint32_t(list.size()));
+      all.insert(all.end(), list.begin(), list.end());
+    }
+    Buffer<ProbePoint> there(*gpu_, points.size(), Access::Storage, "points");
+    Buffer<std::uint32_t> masks(*gpu_, points.size(), Access::Storage, "masks");
+    there.upload(points), masks.upload(of_points);
+    for (const bool as_gpu : {false, true}) {
+      if (as_gpu) StreamRing::of(*gpu_).act_as_gpu(512);
+      ArraysThere<Within> to(*gpu_, points.size(), all.size());
+      PointQuery asked;
+      asked.triangle_masks = of_triangles;
+      EXPECT_EQ(queries.within({there, points.size(), &masks}, to.lists(), asked).records, all.size());
+      to.expect(counts, {}, all);
+    }
+    gpu_->stream_ring().reset();
+  }
   static void check(PointQueries& queries, const std::vector<Triangle>& world, const char* name) {
     SCOPED_TRACE(name);
     const std::vector<ProbePoint> points = points_by(world, 1500);
@@ -69,6 +92,7 @@ class PointMasks : public Builders {
       std::erase_if(truth[i], [&](const Within& w) { return (of_triangles[w.prim] & of_points[i]) == 0; });
     const PointQuery masked = query(of_points, of_triangles);
     const Lists found = within(queries, points, masked);
+    expect_there(queries, points, of_points, of_triangles, truth);
     std::vector<Nearest> nearest(points.size()), exact(points.size());
     queries.nearest(points, nearest, masked);
     PointQuery in_truth = masked;

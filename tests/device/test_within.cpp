@@ -64,7 +64,7 @@ class WithinRadius : public Builders {
     Buffer<ProbePoint> there(*gpu_, points.size(), Access::Storage, "points");
     there.upload(points);
     ArraysThere<Within> to(*gpu_, points.size(), all.size() + 2);
-    EXPECT_EQ(queries.within(there, points.size(), to.lists()).records, all.size());
+    EXPECT_EQ(queries.within({there, points.size()}, to.lists()).records, all.size());
     to.expect(counts, offsets, all);
   }
   /// Lists as the device does, and as a GPU would in several chunks, which must be the same; and of points on the
