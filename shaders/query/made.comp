@@ -16,9 +16,9 @@ layout(set = 0, binding = BIND_MADE_WORDS, scalar) readonly buffer Words { uint 
 layout(set = 0, binding = BIND_RAYS, scalar) writeonly buffer Questions { uvec4 questions[]; };
 
 #if BALLOT_MADE == MADE_POSED_RAYS
-#define COLUMNS 5
+#define READ_COLUMNS 5
 #else
-#define COLUMNS 4
+#define READ_COLUMNS 4
 #endif
 
 // RowOrder::run_at() of engine/api/row_order.h
@@ -41,12 +41,12 @@ vec3 vector_at(uint at) {
 void main() {
   uint i = gl_GlobalInvocationID.x;
   if (i >= push.count) return;
-  uint at[COLUMNS];
-  for (int k = 0; k < COLUMNS; ++k) at[k] = how.columns[k].at;
+  uint at[READ_COLUMNS];
+  for (int k = 0; k < READ_COLUMNS; ++k) at[k] = how.columns[k].at;
   uint place = place_of(push.first + i);
   for (uint a = how.axes; a-- > 0u;) {
     uint next = place / how.shape[a], here = place - next * how.shape[a];
-    for (int k = 0; k < COLUMNS; ++k) at[k] += here * how.columns[k].stride[a];
+    for (int k = 0; k < READ_COLUMNS; ++k) at[k] += here * how.columns[k].stride[a];
     place = next;
   }
 #if BALLOT_MADE == MADE_POINTS

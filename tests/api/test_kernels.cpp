@@ -50,7 +50,7 @@ class ApiKernels : public Api {
     std::vector<ballot::Point> at;
     for (const ballot::Ray& r : rays) at.push_back({{r.origin[0], r.origin[1], r.origin[2]}, 2.25f});
     points.write(at);
-    scene.nearest(points, expected, n);
+    scene.nearest(points, {{"nearest", expected}}, n);
     const std::array<std::uint32_t, 2> most{100, 99};
     const ballot::Times times = kernel.run(
         scene, n,
