@@ -188,7 +188,7 @@ def _refuse(open_: np.ndarray) -> None:
 def _undistorted(x_bent: np.ndarray, y_bent: np.ndarray, given: list[float]) -> tuple[np.ndarray, np.ndarray]:
     """Undoes Brown and Conrady's distortion by Newton's iteration."""
     k1, k2, p1, p2, k3, k4, k5, k6 = given + [0.0] * (8 - len(given))
-    x, y = x_bent.copy(), y_bent.copy()
+    x, y, fine = x_bent.copy(), y_bent.copy(), np.zeros(x_bent.shape, bool)
     with np.errstate(all="ignore"):
         for _ in range(_STEPS):
             r = x * x + y * y
@@ -202,11 +202,11 @@ def _undistorted(x_bent: np.ndarray, y_bent: np.ndarray, given: list[float]) -> 
             xy = 2 * x * y * slope + 2 * p1 * x + 2 * p2 * y
             area = xx * yy - xy * xy
             far = np.maximum(np.abs(off_x), np.abs(off_y)) > _EXACT * np.maximum(1, np.hypot(x_bent, y_bent))
+            fine = ~far & (area > 0) & (radial > 0) & (below > 0)
             if not far.any():
                 break
             x -= np.where(far, (yy * off_x - xy * off_y) / area, 0)
             y -= np.where(far, (xx * off_y - xy * off_x) / area, 0)
-        fine = ~far & (area > 0) & (radial > 0) & (below > 0)
     _refuse(~fine)
     return x, y
 
@@ -214,16 +214,17 @@ def _undistorted(x_bent: np.ndarray, y_bent: np.ndarray, given: list[float]) -> 
 def _straightened(bent: np.ndarray, given: list[float]) -> np.ndarray:
     """Undoes Kannala and Brandt's distortion of angles by Newton's iteration."""
     k1, k2, k3, k4 = given
-    angle = np.minimum(bent, np.pi)
+    angle: np.ndarray = np.minimum(bent, np.pi)
+    fine = np.zeros(bent.shape, bool)
     with np.errstate(all="ignore"):
         for _ in range(_STEPS):
             s = angle * angle
             off = angle * (1 + s * (k1 + s * (k2 + s * (k3 + s * k4)))) - bent
             slope = 1 + s * (3 * k1 + s * (5 * k2 + s * (7 * k3 + s * 9 * k4)))
             far = np.abs(off) > _EXACT * np.maximum(1, bent)
+            fine = ~far & (slope > 0) & (angle >= 0)
             if not far.any():
                 break
             angle = angle - np.where(far, off / slope, 0)
-        fine = ~far & (slope > 0) & (angle >= 0)
     _refuse(~fine)
     return angle

@@ -285,6 +285,10 @@ class Grids(unittest.TestCase):
             found, expected = scene.nearest(grid, **given), scene.nearest(points, **given)
             for name, column in expected.items():
                 np.testing.assert_array_equal(found[name], column, name)
+        bits = np.uint32([1, 2, 3, 0, 4, 5, 6])[:, None]
+        np.testing.assert_array_equal(
+            scene.nearest(grid, masks=bits)["prims"], scene.nearest(points, masks=bits)["prims"]
+        )
         for one, other in zip(scene.within(grid, 0.3), scene.within(points, 0.3)):
             np.testing.assert_array_equal(one, other)
         self.assertEqual(scene.nearest(ballot.grid(x, [], z))["distances"].shape, (13, 0, 11))
