@@ -86,9 +86,11 @@ typedef struct BallotPoints {
   /* An instance is left out whose mask shares no bit with it; NULL: all bits. Not with signed distances and inside,
    * which are told of the whole scene. */
   BallotColumn mask BALLOT_ZERO;
-  /* Instead of at: one number each. {nx, ny, nz} with strides {4, 0, 0}, {0, 4, 0} and {0, 0, 4} are a grid of three
-   * axes. */
-  BallotColumn x BALLOT_ZERO, y BALLOT_ZERO, z BALLOT_ZERO;
+  /* One number of each, as y and z, instead of at. {nx, ny, nz} with strides {4, 0, 0}, {0, 4, 0} and {0, 0, 4} are a
+   * grid of three axes. */
+  BallotColumn x BALLOT_ZERO;
+  BallotColumn y BALLOT_ZERO; /* beside x */
+  BallotColumn z BALLOT_ZERO; /* beside x */
 } BallotPoints;
 
 /* Returns points that lie side by side: three floats each. */

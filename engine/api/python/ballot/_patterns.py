@@ -14,7 +14,7 @@ _GOLDEN = (np.sqrt(5) - 1) / 2
 class Pattern:
     """Rays in a frame of their own, such as those of a camera's pixels or of a turning scanner. Goes where rays go:
     scene.trace(pattern, poses=T) traces them from each of the poses T, (..., 3, 4), and returns hits of shape
-    (..., *pattern.shape); without poses they are traced as they are.
+    (poses..., pattern...); without poses they are traced as they are.
 
     directions  (..., 3) float32 or float64, of any length
     origins     (..., 3): their other axes broadcast with those of the directions
