@@ -89,8 +89,8 @@ class PointQueries {
   TraceTimes within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query = {});
 
   /// The same for points of an array on the device, whose order is kept; query.masks is theirs. The bits are the same.
-  /// On a GPU the host sees no more than the number of all triangles, unless a list has more than 16384: then points and
-  /// lists pass through its memory. Throws Error(Arguments) if an array has too few records.
+  /// On a GPU the host sees no more than the number of all triangles, unless a list has more than 16384: then points
+  /// and lists pass through its memory. Throws Error(Arguments) if an array has too few records.
   DeviceListed within(const DevicePoints& points, const DeviceLists<Within>& to, const PointQuery& query = {});
 
   /// nearest() and inside() for points [0, count) of an array on the device, whose answers go to the same places of

@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
-// Pick: the beginnings of lists, from where the lists lie whole and in order: as lists again, or as rows that are filled
-// up with misses. A lane takes a list.
+// Pick: the beginnings of lists, from where the lists lie whole and in order: as lists again, or as rows that are
+// filled up with misses. A lane takes a list.
 #include "../shared/query.h"
 
 layout(local_size_x = ORDER_GROUP) in;
