@@ -53,6 +53,14 @@ std::vector<std::uint32_t> corner_words(const Forest& forest, const std::vector<
   return words;
 }
 
+/// Returns a buffer of `count` records, which may be another one than before.
+template <class T>
+Buffer<T>& sized(std::optional<Buffer<T>>& buffer, Context& gpu, std::size_t count, const char* name) {
+  if (buffer && buffer->size() == count) return *buffer;
+  buffer.reset();
+  return buffer.emplace(gpu, count, Access::Storage, name);
+}
+
 /// Returns the first triangle of each mesh among those of all.
 std::vector<std::uint32_t> firsts_of(const Forest& forest) {
   std::vector<std::uint32_t> firsts;
@@ -67,22 +75,20 @@ std::vector<std::uint32_t> firsts_of(const Forest& forest) {
 
 }  // namespace
 
-/// Gathers the triangles of all trees of a forest.
+/// Gathers the triangles of all trees.
 void ColumnWriter::gather(DeviceTree& tree) {
-  const std::vector<std::uint32_t> firsts = firsts_of(*tree.forest());
-  if (!corners_.own || corners_.own->size() != firsts.back()) {
-    corners_.own.reset();
-    corners_.own.emplace(gpu_, firsts.back(), Access::Storage, "corners of triangles");
-  }
+  const std::vector<std::uint32_t> firsts =
+      tree.forest() ? firsts_of(*tree.forest()) : std::vector{0u, std::uint32_t(tree.triangles().size())};
+  Buffer<Triangle>& all = sized(corners_.own, gpu_, firsts.back(), "corners of triangles");
   std::vector<Triangle> here;  // of meshes side by side that the host has
   const auto send = [&](std::size_t mesh) {
-    if (!here.empty()) corners_.own->upload(here, firsts[mesh] - here.size());
+    if (!here.empty()) all.upload(here, firsts[mesh] - here.size());
     here.clear();
   };
   for (std::size_t m = 0; m + 1 < firsts.size(); ++m) {
     if (const auto& built = tree.built(m)) {
       send(m);
-      corners_.own->copy_from(built->triangles(), 0, firsts[m], built->triangles().size());
+      all.copy_from(built->triangles(), 0, firsts[m], built->triangles().size());
     } else {
       const std::span<const Triangle> triangles = tree.triangles(m);
       here.insert(here.end(), triangles.begin(), triangles.end());
@@ -92,31 +98,21 @@ void ColumnWriter::gather(DeviceTree& tree) {
 }
 
 const RawBuffer& ColumnWriter::corners_of(DeviceTree& tree) {
-  if (!tree.forest() && tree.built()) return tree.built()->triangles();
-  const std::uint64_t state = tree.forest() ? tree.forest()->exchanges() : tree.generation();
-  if (corners_.own && corners_.state == state) return *corners_.own;
-  if (tree.forest()) {
-    gather(tree);
-  } else {
-    const std::span<const Triangle> triangles = tree.triangles();
-    if (!corners_.own || corners_.own->size() != triangles.size()) {
-      corners_.own.reset();
-      corners_.own.emplace(gpu_, triangles.size(), Access::Storage, "corners of triangles");
-    }
-    corners_.own->upload(triangles);
-  }
-  corners_.state = state;
+  const Forest* forest = tree.forest();
+  if (!forest && tree.built()) return tree.built()->triangles();
+  const std::uint64_t of_tree = forest ? 0 : tree.generation(), of_forest = forest ? forest->exchanges() : 0;
+  if (corners_.own && corners_.of_tree == of_tree && corners_.of_forest == of_forest) return *corners_.own;
+  corners_.of_tree = corners_.of_forest = 0;
+  gather(tree);
+  corners_.of_tree = of_tree, corners_.of_forest = of_forest;
   return *corners_.own;
 }
 
 const RawBuffer& ColumnWriter::corner_table_of(const DeviceTree& tree) {
   if (corners_.table && corners_.generation == tree.generation()) return *corners_.table;
   const std::vector<std::uint32_t> words = corner_words(*tree.forest(), firsts_of(*tree.forest()));
-  if (!corners_.table || corners_.table->size() != words.size()) {
-    corners_.table.reset();
-    corners_.table.emplace(gpu_, words.size(), Access::Storage, "instances of corners");
-  }
-  corners_.table->upload(words);
+  corners_.generation = 0;
+  sized(corners_.table, gpu_, words.size(), "instances of corners").upload(words);
   corners_.generation = tree.generation();
   return *corners_.table;
 }

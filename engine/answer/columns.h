@@ -50,9 +50,9 @@ class ColumnWriter {
 
  private:
   struct Corners {
-    std::uint64_t state = 0;                     // of the triangles: of a forest its exchanges
+    std::uint64_t of_tree = 0, of_forest = 0;    // generation or exchanges of what the triangles are of; else 0
     std::optional<Buffer<Triangle>> own;         // null: a DeviceBuild has them
-    std::uint64_t generation = 0;                // of the tree that the table is of
+    std::uint64_t generation = 0;                // of the forest that the table is of
     std::optional<Buffer<std::uint32_t>> table;  // of a forest
   };
   const RawBuffer& corners_of(DeviceTree& tree);

@@ -11,9 +11,6 @@
 
 namespace ballot {
 
-/// Returns the sources of the kernels that write signs.
-std::vector<KernelSource> sign_sources();
-
 /// Each runner is made when it is first asked for.
 struct PointQueries::Parts {
   template <class Kind>
@@ -33,8 +30,6 @@ struct PointQueries::Parts {
   point_queries::Settle<Nearest> settle_nearest(const PointQuery& query);
   point_queries::Settle<std::uint32_t> settle_inside(const PointQuery& query);
   class WithinLists;
-  /// Runs shaders/query/signs.comp, of SIGNS_..., on the answers to a part of an array.
-  void write_signs(int what, const RawBuffer& to, std::uint32_t first, std::uint32_t count, TraceTimes& times);
 
   Context& gpu;
   DeviceTree& scene;
@@ -46,11 +41,6 @@ struct PointQueries::Parts {
   ListRooms<ProbePoint, Within> lists;
   PseudonormalArray pseudonormals;
   PointInstances instances, whole_instances;  // of the two trees
-  // Of calls for arrays on the device: a part of them, and the kernels of shaders/query/signs.comp by SIGNS_....
-  std::unique_ptr<Buffer<ProbePoint>> some_points;
-  std::unique_ptr<Buffer<Nearest>> some_nearest;
-  std::unique_ptr<Buffer<std::uint32_t>> some_inside;
-  std::unique_ptr<Kernel> sign_kernels[3];
 };
 
 }  // namespace ballot

@@ -99,17 +99,11 @@ class PointQueries {
   /// short. Throw Error(Arguments) if an array has fewer than `count` records.
   TraceTimes nearest(const Buffer<ProbePoint>& points, Buffer<Nearest>& answers, std::uint64_t count,
                      const PointQuery& query = {});
-  /// With query.sides: whether they are behind the nearest surface within their limit.
   TraceTimes inside(const Buffer<ProbePoint>& points, Buffer<std::uint32_t>& answers, std::uint64_t count,
                     const PointQuery& query = {});
-  /// Finds distances, negative inside by the parity of crossings, or with query.sides behind the surface.
-  TraceTimes signed_distances(const Buffer<ProbePoint>& points, Buffer<float>& answers, std::uint64_t count,
-                              const PointQuery& query = {});
 
  private:
   struct Parts;
-  TraceTimes signs(const Buffer<ProbePoint>& points, RawBuffer& answers, std::uint64_t room, std::uint64_t count,
-                   const PointQuery& query, int what);
   std::unique_ptr<Parts> parts_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/answer/columns.h"
 #include "engine/answer/crossing_kernels.h"
 #include "engine/answer/lists.h"
 #include "engine/answer/made_questions.h"
@@ -86,9 +87,9 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
       for (const int masks : {0, 1})
         sources.push_back(
             query_source("within", device, tree, {{"BALLOT_LISTS", int(lists)}, {"BALLOT_MASKS", masks}}));
-    for (KernelSource& source : sign_sources()) sources.push_back(std::move(source));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
+  for (KernelSource& source : column_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : making_sources()) sources.push_back(std::move(source));
   for (const int of : {PLACES_LISTS, PLACES_APPENDED, PLACES_HITS}) sources.push_back(places_source(of));
   for (const std::uint32_t words : {2u, 4u})

@@ -186,7 +186,7 @@ BALLOT_API const char* ballot_device_error(BallotDevice* device);
 
 /* What an array on a device holds. */
 typedef enum BallotRecord {
-  BALLOT_RECORD_RAY = 0,       /* BallotRay */
+  BALLOT_RECORD_RAY = 0,       /* BallotRay; dead here if t_max is infinite */
   BALLOT_RECORD_HIT = 1,       /* BallotHit */
   BALLOT_RECORD_POINT = 2,     /* BallotPoint */
   BALLOT_RECORD_NEAREST = 3,   /* BallotNearestPoint */
@@ -279,7 +279,8 @@ typedef struct BallotPoint {
 /* Answers points [0, count) of an array and writes columns of their answers. Answers and errors are those of
  * ballot_query_points(), but with a limit of each point; query->progress may end the call, but is told no share.
  * Points keep their order: put those that are near each other next to each other, as neighbours share a subgroup. Only
- * numeric "exact" brings points to the host. Returns when the answers are written. BallotTimes::hits is not counted. */
+ * numeric "exact" brings points to the host. Returns when the answers are written. BallotTimes::hits is not counted.
+ * The scene keeps memory for the answers to 4 million points. */
 BALLOT_API BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, uint64_t count,
                                                    const BallotOutput* outputs, size_t output_count,
                                                    const BallotQuery* query, BallotTimes* times);

@@ -145,7 +145,7 @@ typedef struct BallotQuery {
 typedef struct BallotTimes {
   BALLOT_SIZE(BallotTimes);
   double seconds BALLOT_ZERO;   /* wall time of the call inside the library */
-  double device_ms BALLOT_ZERO; /* time of the traversal on the device */
+  double device_ms BALLOT_ZERO; /* time of the traversal on the device, and of writing columns there */
   uint64_t hits BALLOT_ZERO;    /* rays that hit, points that found a triangle; 0 of arrays on the device */
 } BallotTimes;
 

@@ -62,9 +62,9 @@ class DeviceJob : public JobState {
   std::uint64_t submission_ = 0;
 };
 
-/// Checks the arguments of a trace of arrays on the device, and runs trace(ArrayTrace, query) while no other call uses
-/// it.
-template <class Trace>
+/// Checks the arguments of a trace of arrays on the device, and runs trace(ArrayTrace, query) while it holds that by a
+/// DeviceHold or DeviceUse.
+template <class Hold, class Trace>
 void with_arrays(SceneState& scene, BallotBuffer* rays, std::uint64_t count, std::span<const BallotOutput> outputs,
                  const BallotQuery* query, const Trace& trace) {
   constexpr const char* kCall = "trace of arrays on the device";
@@ -72,7 +72,7 @@ void with_arrays(SceneState& scene, BallotBuffer* rays, std::uint64_t count, std
   Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kCall, "rays");
   const Outputs to(outputs, door::kHitRows, scene, *from, count, kCall);
   const Query q = hit_query(read_query(query, kArraysKind));
-  const DeviceHold hold(*scene.device);
+  const Hold hold(*scene.device);
   keep_fit(scene);
   Buffer<Hit>& hits = to.hits ? *to.hits : buffer_for(answers_there(scene).hits, *scene.device->gpu, count, "hits");
   trace(ArrayTrace{in, std::uint32_t(count), to, hits}, q);
@@ -94,8 +94,8 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64
     const Clock clock;
     const Watch watch(read_query(query, kArraysKind), *state->device);
     const auto to = outputs_of(outputs, output_count, "ballot_trace_buffers");
-    with_arrays(*state, rays, count, to, query, [&](const ArrayTrace& t, const ballot::Query& q) {
-      const Watched watched(watch);
+    const Watched watched(watch);
+    with_arrays<DeviceUse>(*state, rays, count, to, query, [&](const ArrayTrace& t, const ballot::Query& q) {
       ballot::Context& gpu = *state->device->gpu;
       const ballot::PassScope scope(gpu);
       ballot::TraceTimes spent = state->world->tracer().trace(t.rays, t.hits, t.count, q);
@@ -113,8 +113,8 @@ BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, uint6
     need(job, "ballot_submit_buffers", "job");
     auto begun = std::make_shared<DeviceJob>(state);
     const auto to = outputs_of(outputs, output_count, "ballot_submit_buffers");
-    with_arrays(*state, rays, count, to, query,
-                [&](const ArrayTrace& t, const ballot::Query& q) { begun->begin(t, q); });
+    with_arrays<DeviceHold>(*state, rays, count, to, query,
+                            [&](const ArrayTrace& t, const ballot::Query& q) { begun->begin(t, q); });
     *job = jobs().add(std::move(begun));
   });
 }

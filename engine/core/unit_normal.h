@@ -21,7 +21,7 @@ inline double inverse_root(double x) {
 }
 
 /// Returns the unit normal of a triangle, by the right-hand rule; zero if it has no area. Each component is off by at
-/// most half a unit of its last place and 2^-42 of itself.
+/// most half a unit of its last place and 2^-42 of itself. Zeros have no sign.
 ///
 /// The cross product of the edges is taken in double where these are exact and each component is at least 2^-10 of what
 /// its two products amount to: the products round by 2^-53. Else it is exact_cross()'s sum.
@@ -34,7 +34,7 @@ inline glm::vec3 unit_normal(const glm::vec3& a, const glm::vec3& b, const glm::
         glm::all(glm::greaterThanEqual(glm::abs(n), least))))
     n = exact_cross_sums(p, q, r);
   const double square = n.x * n.x + n.y * n.y + n.z * n.z;
-  return square > 0 ? glm::vec3(n * inverse_root(square)) : glm::vec3(0);
+  return square > 0 ? glm::vec3(n * inverse_root(square)) + 0.f : glm::vec3(0);
 }
 
 }  // namespace ballot

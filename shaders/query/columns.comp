@@ -140,12 +140,11 @@ uvec3 normal_of(uint prim) {
 #if BALLOT_MOVED
   uint tree = find_tree(0u, push.instances, prim), at = push.instances + (CORNER_WORDS - 1u) * tree;
   uint first = 3u * (prim - corner_table[tree] + corner_table[at]);
-  vec3 n = unit_normal(moved(at + 1u, corners[first]), moved(at + 1u, corners[first + 1u]),
-                       moved(at + 1u, corners[first + 2u]));
+  return unit_normal(moved(at + 1u, corners[first]), moved(at + 1u, corners[first + 1u]),
+                     moved(at + 1u, corners[first + 2u]));
 #else
-  vec3 n = unit_normal(corners[3u * prim], corners[3u * prim + 1u], corners[3u * prim + 2u]);
+  return unit_normal(corners[3u * prim], corners[3u * prim + 1u], corners[3u * prim + 2u]);
 #endif
-  return floatBitsToUint(n);
 }
 #endif
 

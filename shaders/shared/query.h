@@ -11,7 +11,6 @@
 #define BIND_TRIANGLE_MASKS 19  // in: a word a triangle
 #define BIND_TILES 20           // sums of tiles of queries (shaders/query/places.comp)
 #define BIND_PSEUDONORMALS 21   // in: PSEUDONORMALS vectors of each triangle
-#define BIND_DISTANCES 22       // out: a signed distance for each point
 #define BIND_POINT_INSTANCES 23  // in: the instances as closest points need them
 #define BIND_RECORDS 24         // out: the records of lists
 #define BIND_ROWS 25            // in: the same in rows
@@ -86,12 +85,6 @@
 #define PLACES_APPENDED 1
 #define PLACES_HITS 2
 
-// shaders/query/signs.comp: the lanes of a workgroup, and the values of BALLOT_SIGNS.
-#define SIGNS_GROUP 128u
-#define SIGNS_BY_PARITY 0  // distances, negative where the inside test says so
-#define SIGNS_BY_SIDES 1   // distances, negative behind the surface
-#define SIGNS_INSIDE 2     // whether points are behind the surface
-
 // shaders/query/columns.comp: the lanes of a workgroup, and the columns of an answer, whose bits BALLOT_COLUMNS has and
 // whose bindings follow BIND_COLUMNS.
 #define COLUMNS_GROUP 128u
@@ -108,11 +101,10 @@
 #define COLUMNS 10
 
 // The words of BIND_PRIM_TABLE: for each placement its first triangle, of all; their numbers; their ids; and what is
-// added to the number of a triangle for the ranges, which follow if ids are theirs: their first triangles, then their
-// ids.
+// added to a triangle's number for the ranges, which follow if ids are theirs: their first triangles, then their ids.
 #define PLACEMENT_WORDS 4u
-// The words of BIND_CORNER_TABLE: for each instance its first triangle, of all; then for each where its tree's
-// triangles begin in BIND_CORNERS, and the rows of its matrix, with the translation.
+// The words of BIND_CORNER_TABLE: for each instance its first triangle, of all; then for each where the triangles of
+// its tree begin in BIND_CORNERS, and the rows of its matrix, with the translation.
 #define CORNER_WORDS 14u
 
 // shaders/query/made.comp: the lanes of a workgroup, the values of BALLOT_MADE, the most axes of questions, and of
@@ -191,13 +183,6 @@ struct PickPush {
   uint most;  // records of a beginning
 };
 BALLOT_RECORD(PickPush, 12);
-
-// Push constants of signs.comp.
-struct SignsPush {
-  uint points;
-  uint to;  // place of the first answer
-};
-BALLOT_RECORD(SignsPush, 8);
 
 // Push constants of columns.comp.
 struct ColumnsPush {

@@ -7,6 +7,7 @@ Needs an NVIDIA GPU with its driver, and no Python package: both libraries are c
 """
 
 import ctypes
+import math
 import struct
 import sys
 import time
@@ -34,6 +35,10 @@ class DeviceOptions(Init):
 
 class BufferOptions(Init):
     _fields_ = [("size", ctypes.c_size_t), ("exported", ctypes.c_uint32)]
+
+
+class Output(ctypes.Structure):
+    _fields_ = [("column", ctypes.c_char_p), ("to", ctypes.c_void_p)]
 
 
 class Times(Init):
@@ -77,9 +82,10 @@ def main() -> None:
     rays = some * (RAYS // 1000)
     cuda_call("cuMemcpyHtoD_v2", addresses[0], rays, ctypes.c_size_t(len(rays)))
     cuda_call("cuCtxSynchronize")
-    times = Times()
+    times, hits = Times(), Output(b"hits", buffers[1])
     for _ in range(20):
-        call("ballot_trace_buffers", scene, *buffers, ctypes.c_uint64(RAYS), None, ctypes.byref(times))
+        call("ballot_trace_buffers", scene, buffers[0], ctypes.c_uint64(RAYS), ctypes.byref(hits), ctypes.c_size_t(1),
+             None, ctypes.byref(times))
     by_cuda, by_ballot = ctypes.create_string_buffer(16 * RAYS), ctypes.create_string_buffer(16 * RAYS)
     cuda_call("cuMemcpyDtoH_v2", by_cuda, addresses[1], ctypes.c_size_t(16 * RAYS))
     call("ballot_buffer_read", buffers[1], ctypes.c_uint64(0), by_ballot, ctypes.c_uint64(RAYS))
@@ -87,7 +93,7 @@ def main() -> None:
         sys.exit("CUDA and Ballot see different hits")
     for i in range(1000):
         t, prim = struct.unpack_from("<fI", by_cuda.raw, 16 * i)
-        if (t, prim == 0xFFFFFFFF) != ((9, True) if i % 2 else (2, False)):
+        if (t, prim == 0xFFFFFFFF) != ((math.inf, True) if i % 2 else (2, False)):
             sys.exit(f"ray {i}: t {t}, prim {prim}")
     print(f"{RAYS} rays written by CUDA, {RAYS} hits read by CUDA: right; {times.device_ms:.3f} ms on the device, "
           f"{times.seconds * 1e3:.3f} ms for the call")

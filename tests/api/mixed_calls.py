@@ -53,12 +53,15 @@ def frozen(answer) -> list:
     return [np.asarray(part).tobytes() for part in (answer if isinstance(answer, (tuple, list)) else [answer])]
 
 
-def through_arrays(device, scene, given, kind: str, answers: str, **how):
-    """Asks for the answers of an array on the device."""
-    questions, found = ballot.Array(kind, len(given), device), ballot.Array(answers, len(given), device)
-    questions.write(given)
-    (scene.trace_arrays if kind == "rays" else scene.nearest_arrays)(questions, found, **how)
-    return found.read()
+def there(device, kind: str, given):
+    """Returns an array on the device."""
+    array = ballot.Array(kind, len(given), device)
+    array.write(given)
+    return array
+
+
+def read(arrays: dict) -> dict:
+    return {name: array.read() for name, array in arrays.items()}
 
 
 def ray_calls(device, scene, rays) -> dict:
@@ -79,7 +82,8 @@ def ray_calls(device, scene, rays) -> dict:
         "occluded": lambda: scene.occluded(rays),
         "occluded by columns": lambda: scene.occluded(origins=at, directions=to, t=(0, 2)),
         "submit": lambda: scene.submit(rays).wait(),
-        "arrays": lambda: through_arrays(device, scene, scene_rays(rays), "rays", "hits"),
+        "arrays": lambda: scene.trace(there(device, "rays", scene_rays(rays))).read(),
+        "arrays, columns": lambda: read(scene.trace_columns(there(device, "rays", scene_rays(rays)), COLUMNS)),
         "counts": lambda: scene.count_crossings(rays),
         "counts by masks": lambda: scene.count_crossings(rays, masks=masks, cull="back"),
         "crossings": lambda: scene.crossings(rays),
@@ -104,9 +108,9 @@ def point_calls(device, scene, points) -> dict:
         "signed": lambda: scene.nearest(points, SIGNED),
         "signed by normals": lambda: scene.nearest(points, SIGNED, **normals),
         "inside": lambda: scene.nearest(points, ("inside",)),
-        "arrays, nearest": lambda: through_arrays(device, scene, points, "points", "nearest"),
-        "arrays, distances": lambda: through_arrays(device, scene, points, "points", "distances", **normals),
-        "arrays, inside": lambda: through_arrays(device, scene, points, "points", "inside"),
+        "arrays, nearest": lambda: read(scene.nearest(there(device, "points", points), ("nearest", "normals"))),
+        "arrays, distances": lambda: read(scene.nearest(there(device, "points", points), SIGNED, **normals)),
+        "arrays, inside": lambda: read(scene.nearest(there(device, "points", points), ("inside",))),
     }
 
 

@@ -1,7 +1,7 @@
 // Columns of answers on the device: each has the bits of the column that the host gets.
 #include <cmath>
 #include <cstring>
-#include <fstream>
+#include <functional>
 
 #include "api.h"
 
@@ -143,7 +143,6 @@ class Outputs : public Api {
     };
     EXPECT_EQ(scene.trace(in, all, n, query).hits, 0u);
     expect_all(0, all.size());
-    const There blank(*device_, n);
     there = There(*device_, n);
     const std::vector<ballot::Output> again{{"hits", there.hits},      {"t", there.t},
                                             {"prims", there.prims},    {"mesh_ids", there.ids},
@@ -238,6 +237,55 @@ TEST_F(Outputs, OfInstancesThatMoveAndAreEdited) {
     scene.remove_instances(std::span(&first, 1));
     scene.commit();
     compare(scene, "edited");
+  }
+}
+
+// Jobs share what lies between their kernels, which grows from one to the next.
+TEST_F(Outputs, JobsFollowEachOther) {
+  const ballot::Scene scene(*device_, {grid_.mesh()});
+  const std::size_t sizes[] = {1000, 5000, 3000, 20000, 20000, 7};
+  std::vector<ballot::Array<ballot::Ray>> in;
+  std::vector<There> there;
+  std::vector<ballot::Job> jobs;
+  const auto all = some_rays(20000);
+  for (const std::size_t n : sizes) {
+    in.emplace_back(*device_, n).write(std::span(all).last(n));
+    There& to = there.emplace_back(*device_, n);
+    jobs.push_back(scene.submit(in.back(), {{"t", to.t}, {"normals", to.normals}, {"occluded", to.flags}}, n,
+                                {.ray_class = "diffuse"}));
+  }
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const std::size_t n = sizes[i];
+    Here here(n);
+    scene.trace(std::span(all).last(n),
+                {.t = here.t.data(), .normals = here.normals.data(), .occluded = here.flags.data()});
+    jobs[i].wait();
+    expect_equal(here.t, there[i].t, n, "t");
+    expect_equal(here.normals, there[i].normals, n, "normals");
+    expect_equal(here.flags, there[i].flags, n, "occluded");
+  }
+}
+
+// More points than are answered at a time. Most are beyond their limit of every triangle.
+TEST_F(Outputs, PartsFollowEachOther) {
+  const std::vector<float> corners = box(0, 1, 0);
+  const ballot::Scene scene(*device_, {mesh_of(corners, 4)});
+  const std::size_t n = (1u << 22) + 1003;
+  std::vector<ballot::Point> points(n, {{40, 40, 40}, 0.5f});
+  const std::size_t near[] = {5, n - 1003, n - 1};
+  for (const std::size_t i : near) points[i] = {{0, 0, 0}, 5};
+  ballot::Array<ballot::Point> in(*device_, n);
+  in.write(points);
+  ballot::Array<float> signs(*device_, n);
+  ballot::Array<std::uint32_t> ids(*device_, n);
+  ballot::Array<std::uint8_t> inside(*device_, n);
+  for (const char* sign : {"parity", "pseudonormal"}) {
+    scene.nearest(in, {{"signed_distances", signs}, {"mesh_ids", ids}, {"inside", inside}}, n, {.sign = sign});
+    const std::vector<float> distances = read(signs);
+    for (const std::size_t i : near)
+      EXPECT_TRUE(distances[i] < -0.5f && distances[i] == distances[5] && read(ids)[i] == 4 && read(inside)[i]) << i;
+    EXPECT_EQ(std::ranges::count(distances, INFINITY), std::ptrdiff_t(n - 3));
+    EXPECT_EQ(std::ranges::count(read(inside), 1), 3);
   }
 }
 

@@ -1,6 +1,8 @@
 // Scenes of files by the installed library: their meshes and instances, ids, and parts that move.
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "api.h"
@@ -66,6 +68,33 @@ Numbers ids_of(const std::vector<Info>& all) {
   Numbers ids;
   for (const Info& i : all) ids.push_back(i.id);
   return ids;
+}
+
+TEST_F(ApiParts, ColumnsOnTheDeviceHaveTheIdsOfEachRule) {
+  std::vector<ballot::Ray> rays;
+  for (std::size_t i = 0; i < 400; ++i)
+    rays.push_back({{0.25f * float(i % 20), 0.25f * float(i / 20), 2}, 0, {0, 0, -1}, 10});
+  const std::size_t n = rays.size();
+  ballot::Array<ballot::Ray> in(*device_, n);
+  in.write(rays);
+  std::map<std::string, Numbers> flat;
+  for (const char* instances : {"copy", "keep"})
+    for (const char* rule : {"mesh", "node", "material"}) {
+      const ballot::Scene scene = load("plates.gltf", kPlates, {.instances = instances, .ids = rule});
+      Numbers prims(n), ids(n), numbers(n), found(n);
+      scene.trace(rays, {.prims = prims.data(), .mesh_ids = ids.data(), .instances = numbers.data()});
+      ballot::Array<std::uint32_t> prims_there(*device_, n), ids_there(*device_, n), numbers_there(*device_, n);
+      scene.trace(in, {{"prims", prims_there}, {"mesh_ids", ids_there}, {"instances", numbers_there}}, n);
+      const auto expect = [&](const ballot::Array<std::uint32_t>& there, const Numbers& here) {
+        there.read(found);
+        EXPECT_EQ(found, here) << instances << rule;
+      };
+      expect(prims_there, prims);
+      expect(ids_there, ids);
+      expect(numbers_there, numbers);
+      EXPECT_EQ(flat.try_emplace(rule, ids).first->second, ids);
+      EXPECT_GE(std::set(ids.begin(), ids.end()).size(), 3u) << rule;
+    }
 }
 
 TEST_F(ApiParts, NodesAreMeshesOfAFlatScene) {

@@ -1,9 +1,11 @@
 // Tests of areas without rounding, against integers.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "engine/core/unit_normal.h"
 #include "engine/model/scene.h"
 #include "engine/oracle/predicates.h"
 #include "engine/tree/host/build.h"
@@ -18,8 +20,21 @@ Dyadic component(const Triangle& t, int i) {
   return edge(1, j) * edge(2, k) - edge(1, k) * edge(2, j);
 }
 
+/// Expects the unit normal to be that of a right cross product, within its bound.
+void expect_unit_normal(const Triangle& t, const glm::dvec3& cross) {
+  const glm::vec3 normal = unit_normal(t[0], t[1], t[2]);
+  using Long = long double;
+  const Long size = std::sqrt(Long(cross.x) * cross.x + Long(cross.y) * cross.y + Long(cross.z) * cross.z);
+  for (int i = 0; i < 3; ++i) {
+    const Long truth = size > 0 ? cross[i] / size : 0;
+    const Long last = std::ldexp(Long(1), truth != 0 ? std::max(std::ilogb(truth) - 23, -149) : -149);
+    EXPECT_LE(std::abs(normal[i] - truth), 0.5L * last + std::abs(truth) * 0x1p-42L) << i;
+  }
+}
+
 void expect_right(const Triangle& t) {
   const glm::dvec3 cross = exact_cross(t[0], t[1], t[2]);
+  expect_unit_normal(t, cross);
   bool flat = true;
   for (int i = 0; i < 3; ++i) {
     const Dyadic truth = component(t, i);

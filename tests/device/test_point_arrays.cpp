@@ -28,31 +28,23 @@ TEST_F(PointArrays, AnswersAreThoseForPointsOfTheHost) {
   Buffer<ProbePoint> there(*gpu_, n, Access::Storage, "points");
   Buffer<Nearest> nearest(*gpu_, n, Access::Storage, "nearest");
   Buffer<std::uint32_t> inside(*gpu_, n, Access::Storage, "inside");
-  Buffer<float> distances(*gpu_, n, Access::Storage, "distances");
   there.upload(points);
   for (const bool exact : {false, true})
     for (const bool sides : {false, true}) {
       const PointQuery query{.exact = exact, .sides = sides};
       std::vector<Nearest> expected(n), found(n);
       std::vector<std::uint32_t> flags(n), found_flags(n, 7);
-      std::vector<float> found_distances(n, 7);
       queries.nearest(points, expected, query);
       queries.inside(points, flags, query);
-      inside.upload(found_flags), distances.upload(found_distances);
+      inside.upload(found_flags);
       queries.nearest(there, nearest, n, query);
       queries.inside(there, inside, asked, query);
-      queries.signed_distances(there, distances, asked, query);
-      nearest.download(found), inside.download(found_flags), distances.download(found_distances);
+      nearest.download(found), inside.download(found_flags);
       EXPECT_EQ(std::memcmp(found.data(), expected.data(), n * sizeof(Nearest)), 0);
-      for (std::size_t i = 0; i < asked; ++i) {
-        const bool behind = sides ? expected[i].behind != 0 : flags[i] != 0;
-        ASSERT_EQ(found_flags[i], std::uint32_t(behind)) << i;
-        ASSERT_EQ(found_distances[i], behind ? -expected[i].distance : expected[i].distance) << i;
-      }
-      for (std::size_t i = asked; i < n; ++i) EXPECT_TRUE(found_flags[i] == 7 && found_distances[i] == 7);
+      for (std::size_t i = 0; i < n; ++i) ASSERT_EQ(found_flags[i], i < asked ? flags[i] : 7) << i;
     }
   EXPECT_THROW(queries.nearest(there, nearest, n + 1), Error);
-  EXPECT_THROW(queries.signed_distances(there, distances, n + 1), Error);
+  EXPECT_THROW(queries.inside(there, inside, n + 1), Error);
   queries.nearest(there, nearest, 0);
 }
 
@@ -64,18 +56,16 @@ TEST_F(PointArrays, PartsFollowEachOther) {
   std::vector<ProbePoint> points(n, {{40, 40, 40}, 0.5f});
   for (const std::size_t i : {std::size_t(5), n - 999, n - 1}) points[i].at = {0, 0, i == 5 ? 0.75f : 1.25f};
   Buffer<ProbePoint> there(*gpu_, n, Access::Storage, "points");
-  Buffer<float> distances(*gpu_, n, Access::Storage, "distances");
+  Buffer<Nearest> nearest(*gpu_, n, Access::Storage, "nearest");
   Buffer<std::uint32_t> inside(*gpu_, n, Access::Storage, "inside");
   there.upload(points);
-  queries.signed_distances(there, distances, n);
+  queries.nearest(there, nearest, n);
   queries.inside(there, inside, n);
-  std::vector<float> found(n);
+  std::vector<Nearest> found(n);
   std::vector<std::uint32_t> flags(n);
-  distances.download(found), inside.download(flags);
-  EXPECT_EQ(found[5], -0.25f);
-  EXPECT_EQ(found[n - 999], 0.25f);
-  EXPECT_EQ(found[n - 1], 0.25f);
-  EXPECT_EQ(std::ranges::count(found, kUnlimited), std::ptrdiff_t(n - 3));
+  nearest.download(found), inside.download(flags);
+  for (const std::size_t i : {std::size_t(5), n - 999, n - 1}) EXPECT_EQ(found[i].distance, 0.25f);
+  EXPECT_EQ(std::ranges::count(found, NO_HIT, &Nearest::prim), std::ptrdiff_t(n - 3));
   EXPECT_EQ(std::ranges::count(flags, 1u), 1);
   EXPECT_EQ(flags[5], 1u);
 }
@@ -86,12 +76,12 @@ TEST_F(PointArrays, WalksThatTheDriverCutsShort) {
   PointQueries queries(*gpu_, t->tracer->tree());
   const std::vector<ProbePoint> points{{{0.25f, 0.25f, 2}, kUnlimited}, {{-1, 0, 0}, kUnlimited}};
   Buffer<ProbePoint> there(*gpu_, 2, Access::Storage, "points");
-  Buffer<float> distances(*gpu_, 2, Access::Storage, "distances");
+  Buffer<Nearest> nearest(*gpu_, 2, Access::Storage, "nearest");
   there.upload(points);
-  queries.signed_distances(there, distances, 2, {.sides = true});
-  std::vector<float> found(2);
-  distances.download(found);
-  EXPECT_EQ(found, (std::vector<float>{2, 1}));
+  queries.nearest(there, nearest, 2, {.sides = true});
+  std::vector<Nearest> found(2);
+  nearest.download(found);
+  EXPECT_TRUE(found[0].distance == 2 && found[1].distance == 1);
 }
 
 }  // namespace

@@ -41,8 +41,8 @@ def main() -> None:
     for count in (1, 1000, 1_000_000):
         source, hits = ballot.Array("rays", count, device=device), ballot.Array("hits", count, device=device)
         source.write(np.ascontiguousarray(rays[:count]))
-        ms = median_ms(lambda: scene.trace_arrays(source, hits), 4 * options.repeats)  # noqa: B023
-        print(f"{'trace_arrays, on the device':34}{count:10} rays {ms:9.3f} ms {count / ms / 1e3:9.1f} Mrays/s")
+        ms = median_ms(lambda: scene.trace(source, out=hits), 4 * options.repeats)  # noqa: B023
+        print(f"{'trace, arrays on the device':34}{count:10} rays {ms:9.3f} ms {count / ms / 1e3:9.1f} Mrays/s")
 
 
 if __name__ == "__main__":

@@ -30,7 +30,14 @@ double inverse_root(double x) {
   return y;
 }
 
-vec3 unit_normal(vec3 vertex_a, vec3 vertex_b, vec3 vertex_c) {
+// Returns the bits of a number, as float32. Zeros have no sign.
+uint narrow_bits(double value) {
+  uint bits = floatBitsToUint(narrow(value));
+  return bits == 0x80000000u ? 0u : bits;
+}
+
+// Returns the bits of the three numbers.
+uvec3 unit_normal(vec3 vertex_a, vec3 vertex_b, vec3 vertex_c) {
   precise dvec3 a = widen(vertex_a), b = widen(vertex_b), c = widen(vertex_c), e = b - a, f = c - a;
   precise dvec3 x = e.yzx * f.zxy, y = e.zxy * f.yzx, n = x - y, least = 0.0009765625lf * (abs(x) + abs(y));
   if (!(is_exact_difference(e, b, a) && is_exact_difference(f, c, a) && all(greaterThanEqual(abs(n), least))))
@@ -40,7 +47,7 @@ vec3 unit_normal(vec3 vertex_a, vec3 vertex_b, vec3 vertex_c) {
       n[i] = exact_sum(terms);
     }
   precise double square = n.x * n.x + n.y * n.y + n.z * n.z;
-  if (square == 0.0lf) return vec3(0.0);
+  if (square == 0.0lf) return uvec3(0u);
   precise dvec3 unit = n * inverse_root(square);
-  return vec3(narrow(unit.x), narrow(unit.y), narrow(unit.z));
+  return uvec3(narrow_bits(unit.x), narrow_bits(unit.y), narrow_bits(unit.z));
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ._arrays import HIT
 from ._closable import Closable
 from ._door import HIT_COLUMNS, POINT_COLUMNS, CrossingOptions, HitOptions, PointOptions, Times, documented
 from ._job import Job
+from ._there import Asked, refuse_count
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -42,11 +43,22 @@ class Answers(Closable):
 
     _handle: _ballot.Scene
 
-    @documented
+    @overload
+    def trace(
+        self, rays: Array, *, count: int | None = None, out: Array | None = None, times: list[Times] | None = None,
+        **options: Unpack[HitOptions],
+    ) -> Array: ...
+    @overload
     def trace(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
         poses: Any = None, out: Any = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
-    ) -> np.ndarray:
+    ) -> np.ndarray: ...
+    @documented
+    def trace(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        poses: Any = None, count: int | None = None, out: Any = None, times: list[Times] | None = None,
+        **options: Unpack[HitOptions],
+    ) -> Any:
         """Traces rays and returns their hits.
 
         rays       (..., 8): origin x y z, t_min, direction x y z, t_max; or (..., 6): origin, direction, with t from 0
@@ -65,6 +77,7 @@ class Answers(Closable):
                    each pose: hits of shape (poses..., pattern...). None of these rays is made on the host for a GPU.
                    A pose for all is finite; a ray of one that is not is dead
         out        where hits go: an array of dtype HIT and the rays' shape, or float32 of shape (..., 4)
+        count      of rays on the device: the first so many; None: all
         {hits_options}
         progress   called with the share done, 0 to 1, before the call waits and after about each million rays;
                    returning False ends the call with Error (Code.INTERRUPTED). It must not call ballot.
@@ -74,30 +87,66 @@ class Answers(Closable):
         be of unit length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if t_max <= t_min,
         if a number is NaN or infinite (but t_max), or if its direction is zero.
 
+        Rays may be a ballot.Array of "rays": then hits are one of "hits", on the same device, and so is `out`. What is
+        said of t, origins, directions and masks is for rays of the host. The Times count no hits. If another interface,
+        such as CUDA, filled the rays, wait for its stream first.
+
         Memory of results that were let go of is kept for the next ones: up to a 32nd of the machine's, at most 1 GiB.
         Other threads run meanwhile. Ctrl-C ends the call, as every call of ballot, within half a second; `out` is then
         half-written, perhaps for some time yet.
         Raises TypeError and ValueError for wrong arguments, before anything is written.
         """
+        if isinstance(rays, Array):
+            given = None if out is None else {"hits": out}
+            beside = {"origins": origins, "directions": directions, "t": t, "masks": masks, "poses": poses}
+            return self._traced(rays, ("hits",), beside, count, given, times, options)["hits"]
+        refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
         hits = _arrays.out_array(out, _shape(source, asked), HIT, source[1:])
         _told(times, self._handle.trace(source, {"hits": _arrays.flat(hits)}, asked, progress))
         return hits
 
+    @overload
+    def trace_columns(
+        self, rays: Array, columns: Sequence[str] = ..., *, count: int | None = None,
+        out: Mapping[str, Array] | None = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
+    ) -> dict[str, Array]: ...
+    @overload
+    def trace_columns(
+        self, rays: Any = None, columns: Sequence[str] = ..., *, origins: Any = None, directions: Any = None,
+        t: Any = None, masks: Any = None, poses: Any = None, out: Mapping[str, Any] | None = None,
+        times: list[Times] | None = None, **options: Unpack[HitOptions],
+    ) -> dict[str, np.ndarray]: ...
     @documented
     def trace_columns(
         self, rays: Any = None, columns: Sequence[str] = ("t", "prims", "mesh_ids", "uvs", "normals"), *,
         origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None, poses: Any = None,
+        count: int | None = None,
         out: Mapping[str, Any] | None = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
-    ) -> dict[str, np.ndarray]:
+    ) -> Any:
         """Traces rays and returns an array for each column that is asked for. Arguments as trace(), and
 
         columns  some of
         {hit_columns}
                  With `first` they have an axis more: (..., first).
         out      arrays for some of the columns, by name
+
+        Of rays in a ballot.Array the columns are ballot.Arrays with the same bits, bool as uint8; "hits" may be one of
+        them. The scene then keeps 16 bytes a ray on the device unless it is, and for "normals" 36 a triangle, unless it
+        is flat and its tree was built there.
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> rays = ballot.Array("rays", 1)
+        >>> rays.write([[0.25, 0.25, 2, 0, 0, 0, -1, 9]])
+        >>> there = scene.trace_columns(rays, ("t", "normals"))
+        >>> there["normals"].read().tolist()
+        [[0.0, 0.0, 1.0]]
         """
+        if isinstance(rays, Array):
+            beside = {"origins": origins, "directions": directions, "t": t, "masks": masks, "poses": poses}
+            return self._traced(rays, columns, beside, count, out, times, options)
+        refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
         arrays = _arrays.columns(columns, HIT_COLUMNS, _shape(source, asked), source[1:], out)
@@ -105,17 +154,39 @@ class Answers(Closable):
         _told(times, self._handle.trace(source, flat, asked, progress))
         return arrays
 
+    def _traced(
+        self, rays: Array, columns: Sequence[str], beside: Mapping[str, Any], count: int | None,
+        out: Mapping[str, Any] | None, times: list[Times] | None, options: Mapping[str, Any],
+    ) -> dict[str, Array]:
+        asked = Asked("rays", rays, count, beside)
+        return asked.answer(self._handle.trace_there, columns, out, _query.options(options, "hits"), times)
+
+    @overload
+    def occluded(
+        self, rays: Array, *, count: int | None = None, out: Array | None = None, times: list[Times] | None = None,
+        **options: Unpack[HitOptions],
+    ) -> Array: ...
+    @overload
     def occluded(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
         poses: Any = None, out: Any = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
-    ) -> np.ndarray:
+    ) -> np.ndarray: ...
+    def occluded(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        poses: Any = None, count: int | None = None, out: Any = None, times: list[Times] | None = None,
+        **options: Unpack[HitOptions],
+    ) -> Any:
         """Returns True for each ray that hits something between its t_min and t_max: bool of shape (...).
 
-        Arguments as trace(); `out` is bool or uint8. A query for some hit is often several times as fast as one for the
-        nearest.
+        Arguments as trace(); `out` is bool or uint8. Of rays in a ballot.Array they are ballot.Arrays: "uint8", or
+        "uint32". A query for some hit is often several times as fast as one for the nearest.
         """
         options.setdefault("any", True)
         given = None if out is None else {"occluded": out}
+        if isinstance(rays, Array):
+            beside = {"origins": origins, "directions": directions, "t": t, "masks": masks, "poses": poses}
+            return self._traced(rays, ("occluded",), beside, count, given, times, options)["occluded"]
+        refuse_count(count)
         return self.trace_columns(
             rays, ("occluded",), origins=origins, directions=directions, t=t, masks=masks, poses=poses,
             out=given, times=times, **options,
@@ -139,26 +210,22 @@ class Answers(Closable):
         numbers = _arrays.flat(hits)
         return Job(self._handle.submit(source, {"hits": numbers}, asked, (source, numbers)), hits)
 
-    def trace_arrays(
-        self, rays: Array, hits: Array, count: int | None = None, **options: Unpack[HitOptions]
-    ) -> Times:
-        """Traces the first `count` rays (None: all) of an array on the device and writes their hits to another.
-
-        The options any, method, numeric, knobs and ray_class are those of trace().
-        Returns Times once the hits are written; they are not counted. If another interface, such as CUDA, filled the
-        rays, wait for its stream first. Raises ValueError if an array is of another device, of the wrong kind or too
-        small.
-        """
-        number = _number((rays, "rays"), (hits, "hits"), count)
-        asked = _query.options(options, "hits")[0]
-        return Times(*self._handle.trace_there(rays._handle, number, {"hits": hits._handle}, asked, None))
-
+    @overload
+    def nearest(
+        self, points: Array, columns: Sequence[str] = ..., *, count: int | None = None,
+        out: Mapping[str, Array] | None = None, times: list[Times] | None = None, **options: Unpack[PointOptions],
+    ) -> dict[str, Array]: ...
+    @overload
+    def nearest(
+        self, points: Any, columns: Sequence[str] = ..., *, limit: Any = None, masks: Any = None,
+        out: Mapping[str, Any] | None = None, times: list[Times] | None = None, **options: Unpack[PointOptions],
+    ) -> dict[str, np.ndarray]: ...
     @documented
     def nearest(
         self, points: Any, columns: Sequence[str] = ("distances", "points", "prims", "uvs"), *, limit: Any = None,
-        masks: Any = None, out: Mapping[str, Any] | None = None, times: list[Times] | None = None,
-        **options: Unpack[PointOptions],
-    ) -> dict[str, np.ndarray]:
+        masks: Any = None, count: int | None = None, out: Mapping[str, Any] | None = None,
+        times: list[Times] | None = None, **options: Unpack[PointOptions],
+    ) -> Any:
         """Finds the nearest point of the scene for each point. Returns a dict of arrays.
 
         points   (..., 3) float32 or float64, read in place at any strides; or a grid() of them. One that is not finite
@@ -174,7 +241,11 @@ class Answers(Closable):
         masks    as trace(), that broadcast to the points' shape; not with "inside" and "signed_distances", which are
                  told of the whole scene
         {points_options}
-        out, times, progress  as trace_columns()
+        count, out, times, progress  as trace_columns()
+
+        Points in a ballot.Array of "points" have their limits there, and their columns are ballot.Arrays, bool as
+        uint8; "nearest" is one more: whole records. Put points that are near each other next to each other. Only
+        numeric "exact" brings them to the host.
 
         Raises ValueError if "inside" or "signed_distances" is asked for and an edge of the scene belongs to an odd
         number of triangles; with sign "pseudonormal", if two triangles run along an edge in the same direction.
@@ -183,37 +254,16 @@ class Answers(Closable):
         >>> scene.nearest([[0.25, 0.25, 2]])["distances"].tolist()
         [2.0]
         """
+        if isinstance(points, Array):
+            there = Asked("points", points, count, {"limit": limit, "masks": masks})
+            return there.answer(self._handle.nearest_there, columns, out, _query.options(options, "points"), times)
+        refuse_count(count)
         source = _sources.points(points, limit, masks)
         asked, progress = _query.options(options, "points")
         arrays = _arrays.columns(columns, POINT_COLUMNS, source.shape, source[1:], out)
         flat = {name: _arrays.flat(array) for name, array in arrays.items()}
         _told(times, self._handle.nearest(source, flat, asked, progress))
         return arrays
-
-    def nearest_arrays(
-        self, points: Array, answers: Array, count: int | None = None, **options: Unpack[PointOptions]
-    ) -> Times:
-        """Answers the first `count` points (None: all) of an array on the device by another; the host sees neither.
-
-        points   an Array of "points", in an order in which neighbours are near each other
-        answers  an Array of "nearest", "distances" (negative inside) or "inside", which says what is asked
-        All else as nearest(); limits are those of the points. Only numeric "exact" brings the points to the host.
-
-        Returns Times once the answers are written. If another interface, such as CUDA, filled the points, wait for its
-        stream first. Raises ValueError if an array is of another device, of the wrong kind or too small, and as
-        nearest().
-
-        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-        >>> points, answers = ballot.Array("points", 1), ballot.Array("distances", 1)
-        >>> points.write([[0.25, 0.25, -2]])
-        >>> times = scene.nearest_arrays(points, answers, sign="pseudonormal")
-        >>> answers.read().tolist()
-        [-2.0]
-        """
-        number = _number((points, "points"), (answers, "answers"), count)
-        asked = _query.options(options, "points")[0]
-        name = {"distances": "signed_distances"}.get(answers.record, answers.record)
-        return Times(*self._handle.nearest_there(points._handle, number, {name: answers._handle}, asked, None))
 
     def within(
         self, points: Any, radius: Any, *, masks: Any = None, times: list[Times] | None = None, progress: Any = None
@@ -285,11 +335,3 @@ class Answers(Closable):
 def _shape(source: _sources.Source, asked: Mapping[str, Any]) -> tuple[int, ...]:
     """Returns the shape of hits: with an axis more if several of each ray are asked for."""
     return (*source.shape, asked["first"]) if "first" in asked else source.shape
-
-
-def _number(questions: tuple[Any, str], answers: tuple[Any, str], count: int | None) -> int:
-    """Returns how many questions of an array on the device are asked."""
-    for array, name in (questions, answers):
-        if not isinstance(array, Array):
-            raise TypeError(f"{name}: found {type(array).__name__}; expected a ballot.Array")
-    return len(questions[0]) if count is None else _query.integer(count, "count", 0, 2**32 - 1)

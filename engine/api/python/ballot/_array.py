@@ -27,11 +27,12 @@ class Array(Closable):
     """An array on a device: questions or answers of Scene.trace(), trace_columns(), occluded() and nearest(), or
     vertices of Scene.set_vertices(), or matrices of Scene.set_transforms().
 
-    record    "rays": rows of 8 float32, as Scene.trace() takes them; "hits": rows of 4, t, prim (its bits), u, v;
-              "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z, distance, prim (its bits),
-              u, v, nothing; "vertices": rows of 3, x, y, z; "transforms": rows of 12, a 3 x 4 matrix row by row.
-              As columns of answers have them: "float32", "uint32" and "uint8" of shape (count,), "float32x2"
-              (count, 2), "float32x3" (count, 3); "distances" is another name of "float32", "inside" of "uint32"
+    record    "rays": rows of 8 float32, as Scene.trace() takes them, but with t_max finite; "hits": rows of 4, t, prim
+              (its bits), u, v; "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z,
+              distance, prim (its bits), u, v, nothing; "vertices": rows of 3, x, y, z; "transforms": rows of 12, a
+              3 x 4 matrix row by row. As columns of answers have them: "float32", "uint32" and "uint8" of shape
+              (count,), "float32x2" (count, 2), "float32x3" (count, 3); "distances" is another name of "float32",
+              "inside" of "uint32"
     count     number of records, 1 to 2^32 - 1
     device    a Device; None: the default one
     exported  True: other interfaces can use the memory; raises Error if the device cannot export. None: if it can.
@@ -64,6 +65,11 @@ class Array(Closable):
     def record(self) -> str:
         """What it holds, as it was made: "rays", "hits", ..."""
         return self._record
+
+    @property
+    def device(self) -> Device:
+        """The device that it is on."""
+        return self._device
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -26,7 +26,7 @@ def _check_on_host(given: Any, name: str) -> None:
     if device != 1:
         raise TypeError(
             f"{name}: the array is on a device of kind {device} ({_DEVICES.get(device, 'unknown')}); expected one in "
-            "the host's memory; for arrays on the GPU use ballot.Array, Scene.trace_arrays() and Scene.nearest_arrays()"
+            "the host's memory; Scene.trace(), trace_columns(), occluded() and nearest() take a ballot.Array on the GPU"
         )
 
 
@@ -50,8 +50,8 @@ def _check_interfaces(given: Any, name: str) -> None:
     """Raises what the array interfaces of an object raise, and TypeError for memory of a GPU."""
     if not hasattr(given, "__array_interface__") and hasattr(given, "__cuda_array_interface__"):
         raise TypeError(
-            f"{name}: the array is in the memory of a GPU (CUDA); expected one in the host's memory; for arrays on the "
-            "GPU use ballot.Array, Scene.trace_arrays() and Scene.nearest_arrays()"
+            f"{name}: the array is in the memory of a GPU (CUDA); expected one in the host's memory; Scene.trace(), "
+            "trace_columns(), occluded() and nearest() take a ballot.Array on the GPU"
         )
 
 

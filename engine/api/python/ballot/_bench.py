@@ -8,6 +8,7 @@ from typing import Any
 
 from . import _query
 from ._array import Array
+from ._door import Times
 from ._scene import Scene
 
 
@@ -80,7 +81,9 @@ class _Run:
 
     def measure(self, scene: Scene, knobs: Mapping[str, Any] | None) -> float:
         asked = {k: self.what[k] for k in ("method", "numeric", "any")}
-        return scene.trace_arrays(self.rays, self.hits, knobs=knobs, ray_class=self.what["kind"], **asked).device_ms
+        times: list[Times] = []
+        scene.trace(self.rays, out=self.hits, times=times, knobs=knobs, ray_class=self.what["kind"], **asked)
+        return times[0].device_ms
 
     def record(self) -> dict[str, Any]:
         median = statistics.median(self.times)

@@ -69,7 +69,8 @@ class RayMeshIntersector:
     def intersects_any(self, ray_origins: Any, ray_directions: Any) -> np.ndarray:
         """Returns whether each ray hits anything: (n,) bool."""
         made = self._now()
-        return made.scene.occluded(**made.rays(*_rays(ray_origins, ray_directions)))
+        blocked: np.ndarray = made.scene.occluded(**made.rays(*_rays(ray_origins, ray_directions)))
+        return blocked
 
     def intersects_id(
         self,

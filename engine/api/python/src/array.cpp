@@ -93,8 +93,10 @@ void bind_arrays(nb::module_& m) {
       .def("__init__", &make_array)
       .def("close", &ArrayObject::close)
       .def_prop_ro("closed", &ArrayObject::closed)
-      .def("write", &write, nb::arg("records").noconvert(), nb::arg("first"))
-      .def("read", &read, nb::arg("records").noconvert(), nb::arg("first"))
+      .def("write", &write, nb::arg("records").noconvert(), nb::arg("first"),
+           nb::sig("def write(self, records: numpy.typing.NDArray[typing.Any], first: int) -> None"))
+      .def("read", &read, nb::arg("records").noconvert(), nb::arg("first"),
+           nb::sig("def read(self, records: numpy.typing.NDArray[typing.Any], first: int) -> None"))
       .def("host", &host, nb::sig("def host(self) -> numpy.typing.NDArray[typing.Any] | None"))
       .def("cuda", &cuda)
       .def("cuda_view", &cuda_view, nb::sig("def cuda_view(self) -> typing.Any"))

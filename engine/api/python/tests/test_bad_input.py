@@ -108,9 +108,10 @@ class Rays(unittest.TestCase):
             lambda: placed.trace(rays, method="packet-wide"), lambda: ballot.Scene(v, t, instances=wrong),
             lambda: ballot.Scene(v, t, expected_rays=-1), lambda: ballot.Scene(v, t, expected_rays=float("nan")),
             lambda: ballot.Scene(v, t, updates="no"), lambda: ballot.Scene(v, t, builder="no"),
-            lambda: scene.trace_arrays(few, hits, 2), lambda: scene.trace_arrays(other, hits, 1),
-            lambda: scene.trace_arrays(hits, few), lambda: scene.nearest_arrays(few, hits),
-            lambda: scene.nearest_arrays(points, hits), lambda: few.read(first=2), lambda: few.write(np.zeros((2, 8))),
+            lambda: scene.trace(few, out=hits, count=2), lambda: scene.trace(other, out=hits, count=1),
+            lambda: scene.trace(hits, out=few), lambda: scene.nearest(few),
+            lambda: scene.nearest(points, ("prims",), out={"prims": hits}), lambda: few.read(first=2),
+            lambda: few.write(np.zeros((2, 8))),
             lambda: few.write(np.zeros((1, 8), np.float32), first=1), lambda: ballot.Array("rays", 2**31),
             lambda: ballot.Array("rays", 1, exported=True).fd(), lambda: few.cuda_address,
             lambda: ballot.load_scene("/no/such.obj"), lambda: ballot.load_scene("/no/such\n.obj"),
@@ -259,7 +260,7 @@ class Closed(unittest.TestCase):
             lambda: ref.move(scene, 0, ref.CUBE_VERTICES),
             lambda: scene.make_rays(width=4, height=4),
             lambda: ballot.render(scene),
-            lambda: scene.trace_arrays(array, array),
+            lambda: scene.trace(array),
         ]
         for call in calls:
             with self.assertRaisesRegex(RuntimeError, "scene: it was closed") as caught:

@@ -43,7 +43,7 @@ class Cuda(unittest.TestCase):
         source = self.rays.ctypes.data_as(ctypes.c_void_p)
         self.call("cuMemcpyHtoD_v2", ctypes.c_uint64(rays.cuda_address), source, ctypes.c_size_t(self.rays.nbytes))
         self.call("cuCtxSynchronize")
-        self.scene.trace_arrays(rays, hits)
+        self.scene.trace(rays, out=hits)
         found = np.zeros(1000, ballot.HIT)
         address = hits.__cuda_array_interface__["data"][0]
         self.call(
@@ -62,13 +62,14 @@ class Cuda(unittest.TestCase):
         source = given.ctypes.data_as(ctypes.c_void_p)
         self.call("cuMemcpyHtoD_v2", ctypes.c_uint64(points.cuda_address), source, ctypes.c_size_t(given.nbytes))
         self.call("cuCtxSynchronize")
-        self.scene.nearest_arrays(points, answers, sign="pseudonormal", assume_closed=True)
+        how = {"sign": "pseudonormal", "assume_closed": True}
+        self.scene.nearest(points, ("signed_distances",), out={"signed_distances": answers}, **how)
         found = np.zeros(1000, np.float32)
         self.assertEqual(answers.__cuda_array_interface__["shape"], (1000,))
         address = ctypes.c_uint64(answers.__cuda_array_interface__["data"][0])
         target = found.ctypes.data_as(ctypes.c_void_p)
         self.call("cuMemcpyDtoH_v2", target, address, ctypes.c_size_t(found.nbytes))
-        want = self.scene.nearest(given[:, :3], ("signed_distances",), sign="pseudonormal", assume_closed=True)
+        want = self.scene.nearest(given[:, :3], ("signed_distances",), **how)
         np.testing.assert_array_equal(found, want["signed_distances"])
         self.assertEqual(ballot.Array("inside", 3).__cuda_array_interface__["typestr"], "<u4")
 

@@ -24,12 +24,15 @@ class Arrays(unittest.TestCase):
     def test_trace(self):
         rays, hits = self.pair()
         rays.write(self.rays)
-        times = self.scene.trace_arrays(rays, hits)
-        self.assertGreater(times.device_ms, 0)
+        times = []
+        self.assertIs(self.scene.trace(rays, out=hits, times=times), hits)
+        self.assertGreater(times[0].device_ms, 0)
+        self.assertEqual(times[0].hits, 0)
+        np.testing.assert_array_equal(self.scene.trace(rays).read(), self.hits)
         np.testing.assert_array_equal(hits.read(), self.hits)
         np.testing.assert_array_equal(rays.read(), self.rays)
         rays.write(self.rays[100:200], first=300)
-        self.scene.trace_arrays(rays, hits, 400, any=False, method="while-while")
+        self.scene.trace(rays, count=400, out=hits, any=False, method="while-while")
         np.testing.assert_array_equal(hits.read(first=300, count=100), self.hits[100:200])
         out = np.zeros(7, ballot.HIT)
         self.assertIs(hits.read(out, first=2), out)
@@ -62,6 +65,44 @@ class Arrays(unittest.TestCase):
         there.set_transforms(array)
         with self.assertRaisesRegex(ValueError, "commit that before"):
             there.set_masks([1], [1])
+
+    def test_columns(self):
+        """Columns on the device have the bits of those on the host, and the types that others see."""
+        v, t = ref.soup(60)
+        meshes = [(v, t), (ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)]
+        places = np.tile(np.eye(4, dtype=np.float32)[:3], (3, 1, 1))
+        places[1, :, 3], places[2, 0, :2] = (1, 0.5, 0), (0.5, 0.3)
+        placed = ballot.Scene(meshes=meshes, instances=places, instance_meshes=[0, 1, 1])
+        scenes = [self.scene, ballot.Scene(meshes=meshes), placed]
+        rays, points = ballot.Array("rays", 500), ballot.Array("points", 500)
+        rays.write(self.rays)
+        points.write(self.rays[:, :3])
+        columns = ("t", "prims", "mesh_ids", "uvs", "normals", "occluded", "instances")
+        near = ("distances", "points", "prims", "mesh_ids", "uvs", "normals")
+        for number, scene in enumerate(scenes):
+            with self.subTest(number=number):
+                pairs = [
+                    (scene.trace_columns(self.rays, columns), scene.trace_columns(rays, columns)),
+                    (scene.nearest(self.rays[:, :3], near), scene.nearest(points, near)),
+                    ({"occluded": scene.occluded(self.rays)}, {"occluded": scene.occluded(rays)}),
+                ]
+                for want, found in pairs:
+                    self.assertEqual(list(want), list(found))
+                    for name, array in found.items():
+                        self.assertEqual((array.shape, array.device), (want[name].shape, rays.device))
+                        self.assertEqual(array.read().tobytes(), want[name].tobytes(), name)
+        there = scenes[0].trace_columns(rays, ("hits", *columns))
+        np.testing.assert_array_equal(there["hits"].read(), self.hits)
+        dtypes = [there[name].dtype for name in columns]
+        self.assertEqual(dtypes, [np.float32, np.uint32, np.uint32, np.float32, np.float32, np.uint8, np.uint32])
+        if rays.device.info.is_cpu:
+            self.assertEqual(np.from_dlpack(there["uvs"]).shape, (500, 2))
+            self.assertEqual(np.from_dlpack(there["occluded"]).dtype, np.uint8)
+        words = ballot.Array("uint32", 600)
+        words.write(np.full(600, 9))
+        self.assertIs(scenes[0].occluded(rays, out=words, count=499), words)
+        np.testing.assert_array_equal(words.read()[:499], scenes[0].occluded(self.rays)[:499])
+        self.assertTrue((words.read()[499:] == 9).all())
 
     def test_vertices(self):
         """A commit from an array on the device gives the scene that one from the host gives, also pickled."""
@@ -102,8 +143,10 @@ class Arrays(unittest.TestCase):
         answers = {name: ballot.Array(name, 400) for name in ("nearest", "distances", "inside")}
         for sign in ("parity", "pseudonormal"):
             want = cube.nearest(points, ("points", "distances", "prims", "signed_distances", "inside"), sign=sign)
-            for array in answers.values():
-                self.assertGreater(cube.nearest_arrays(given, array, sign=sign).device_ms, 0)
+            out = {"nearest": answers["nearest"], "signed_distances": answers["distances"], "inside": answers["inside"]}
+            times = []
+            self.assertIs(cube.nearest(given, list(out), out=out, sign=sign, times=times)["inside"], answers["inside"])
+            self.assertGreater(times[0].device_ms, 0)
             found = answers["nearest"].read()
             np.testing.assert_array_equal(found[:, :3], want["points"])
             np.testing.assert_array_equal(found[:, 3], want["distances"])
@@ -116,18 +159,20 @@ class Arrays(unittest.TestCase):
             self.assertEqual(np.from_dlpack(answers["inside"]).dtype, np.uint32)
         limited = np.concatenate([points, np.full((400, 1), 0.25, np.float32)], 1)
         given.write(limited)
-        cube.nearest_arrays(given, answers["nearest"], 300)
+        cube.nearest(given, ("nearest",), count=300, out={"nearest": answers["nearest"]})
         np.testing.assert_array_equal(
             answers["nearest"].read(count=300)[:, 3], cube.nearest(points[:300], limit=0.25)["distances"]
         )
         open_cube = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES[1:])
         for error, text, call in (
-            (ValueError, "other records", lambda: cube.nearest_arrays(answers["inside"], answers["nearest"])),
-            (ValueError, "is what is asked", lambda: cube.nearest_arrays(given, given)),
-            (ValueError, "400 records; expected 401", lambda: cube.nearest_arrays(given, answers["inside"], 401)),
-            (ValueError, "3 of its 18 edges", lambda: open_cube.nearest_arrays(given, answers["inside"])),
-            (ValueError, "sign is 'side'", lambda: cube.nearest_arrays(given, answers["inside"], sign="side")),
-            (TypeError, "points: found ndarray", lambda: cube.nearest_arrays(points, answers["inside"])),
+            (ValueError, "other records", lambda: cube.nearest(answers["inside"])),
+            (ValueError, "is what is asked", lambda: cube.nearest(given, ("nearest",), out={"nearest": given})),
+            (ValueError, "400 records; expected 401", lambda: cube.nearest(given, count=401)),
+            (ValueError, "3 of its 18 edges", lambda: open_cube.nearest(given, ("inside",))),
+            (ValueError, "sign is 'side'", lambda: cube.nearest(given, ("inside",), sign="side")),
+            (ValueError, "columns: found 'hits'", lambda: cube.nearest(given, ("hits",))),
+            (TypeError, "limit: found beside points", lambda: cube.nearest(given, limit=1)),
+            (TypeError, "count: it is for", lambda: cube.nearest(points, count=3)),
         ):
             with self.subTest(text), self.assertRaisesRegex(error, text):
                 call()
@@ -138,7 +183,7 @@ class Arrays(unittest.TestCase):
         rays, hits = self.pair()
         np.from_dlpack(rays)  # of older protocols it may be read-only
         rays.numpy()[:] = self.rays
-        self.scene.trace_arrays(rays, hits)
+        self.scene.trace(rays, out=hits)
         view = np.from_dlpack(hits)
         self.assertEqual(view.shape, (500, 4))
         hits.close()
@@ -164,19 +209,31 @@ class Arrays(unittest.TestCase):
     def test_bad_input(self):
         rays, hits = self.pair()
         with ballot.Device(ballot.default_device().info.name) as other:
-            foreign = ballot.Array("hits", 500, device=other)
+            foreign, elsewhere = (ballot.Array(record, 500, device=other) for record in ("hits", "rays"))
+        both = dict.fromkeys(("prims", "mesh_ids"), ballot.Array("uint32", 500))
         for error, text, call in (
             (ValueError, "record is 'ray'", lambda: ballot.Array("ray", 3)),
             (ValueError, "count is 0", lambda: ballot.Array("rays", 0)),
             (TypeError, "count: found float", lambda: ballot.Array("rays", 1.5)),
             (ballot.Error, "MiB", lambda: ballot.Array("rays", 2**32 - 1)),
-            (TypeError, "rays: found ndarray", lambda: self.scene.trace_arrays(self.rays, hits)),
-            (ValueError, "other records", lambda: self.scene.trace_arrays(hits, hits)),
-            (ValueError, "is what is asked", lambda: self.scene.trace_arrays(rays, rays)),
-            (ValueError, "another device", lambda: self.scene.trace_arrays(rays, foreign)),
-            (ValueError, "500 records; expected 501", lambda: self.scene.trace_arrays(rays, hits, 501)),
-            (ValueError, "count is -1", lambda: self.scene.trace_arrays(rays, hits, -1)),
-            (ValueError, "no-such", lambda: self.scene.trace_arrays(rays, hits, method="no-such")),
+            (TypeError, "count: it is for", lambda: self.scene.trace(self.rays, count=3)),
+            (ValueError, "other records", lambda: self.scene.trace(hits)),
+            (ValueError, "is what is asked", lambda: self.scene.trace(rays, out=rays)),
+            (ValueError, "another device", lambda: self.scene.trace(rays, out=foreign)),
+            (ValueError, "another device", lambda: self.scene.trace(elsewhere, out=hits)),
+            (ValueError, "500 records; expected 501", lambda: self.scene.trace(rays, out=hits, count=501)),
+            (ValueError, "count is -1", lambda: self.scene.trace(rays, count=-1)),
+            (ValueError, "no-such", lambda: self.scene.trace(rays, method="no-such")),
+            (ValueError, "masks|first", lambda: self.scene.trace(rays, first=2)),
+            (TypeError, "t: found beside rays", lambda: self.scene.occluded(rays, t=(0, 1))),
+            (TypeError, r"out\['hits'\]: found ndarray", lambda: self.scene.trace(rays, out=self.hits)),
+            (ValueError, "columns: found 'distances'", lambda: self.scene.trace_columns(rays, ("distances",))),
+            (ValueError, "it has 'uvs', which", lambda: self.scene.trace_columns(rays, ("t",), out={"uvs": hits})),
+            (ValueError, "expected float32x2", lambda: self.scene.trace_columns(rays, ("uvs",), out={"uvs": hits})),
+            (ValueError, "one array is given for", lambda: self.scene.trace_columns(rays, tuple(both), out=both)),
+            (ValueError, "no output", lambda: self.scene.trace_columns(rays, ())),
+            (ValueError, "found -1 to 3", lambda: ballot.Array("uint8", 2).write([-1, 3])),
+            (ValueError, "found 0 to 256; expected 0 to 255", lambda: ballot.Array("uint8", 2).write([0, 256])),
             (ValueError, "500 records from number 1", lambda: rays.write(self.rays, first=1)),
             (ValueError, r"expected \(\.\.\., 8\)", lambda: rays.write(self.rays[:, :6])),
             (ValueError, r"expected \(\.\.\., 4\)", lambda: hits.write(self.rays)),

@@ -90,7 +90,7 @@ class Interrupts(Process):
         self.ends("scene.trace_columns(rays, numeric='exact')")
         setup = "there, hits = ballot.Array('rays', 1 << 20), ballot.Array('hits', 1 << 20); " \
                 "there.write(np.insert(np.insert(rays[:1 << 20], 3, 0, 1), 7, 9, 1))"  # fmt: skip
-        self.ends("scene.trace_arrays(there, hits, method='while-while')", setup)
+        self.ends("scene.trace(there, out=hits, method='while-while')", setup)
 
     def test_the_waiting_for_a_job(self):
         self.ends("job = scene.submit(rays, method='while-while'); job.wait()")

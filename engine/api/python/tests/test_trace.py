@@ -121,7 +121,7 @@ class Cube(unittest.TestCase):
         full = np.insert(np.insert(rays, 3, 0, axis=1), 7, 1.5, axis=1)
         there, hits = ballot.Array("rays", 3), ballot.Array("hits", 3)
         there.write(full)
-        self.scene.trace_arrays(there, hits)
+        self.scene.trace(there, out=hits)
         twin = ballot.RaycastingScene()
         twin.add_triangles(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES)
         placed = ballot.Scene(ref.CUBE_VERTICES, ref.CUBE_TRIANGLES, instances=np.eye(4, dtype=np.float32)[None])
