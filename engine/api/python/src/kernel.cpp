@@ -35,7 +35,7 @@ struct RunArray {
   void send(const Device& device) {
     if (there) return;
     BallotBuffer* buffer = nullptr;
-    check(ballot_buffer_create(device.handle(), BALLOT_RECORD_SIGNED_DISTANCE, words(), nullptr, &buffer));
+    check(ballot_buffer_create(device.handle(), BALLOT_RECORD_FLOAT32, words(), nullptr, &buffer));
     there = std::make_shared<Buffer>(buffer);
     check(ballot_buffer_write(buffer, 0, here.data(), words()));
   }
