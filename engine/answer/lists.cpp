@@ -16,6 +16,11 @@ KernelSource order_source(std::uint32_t record_words, bool of_long) {
           .group_size = ORDER_GROUP};
 }
 
-KernelSource pick_source() { return {.name = "query.pick", .file = "query/pick.comp", .group_size = ORDER_GROUP}; }
+KernelSource pick_source(bool widens) {
+  return {.name = fmt::format("query.pick BALLOT_WIDENS={}", int(widens)),
+          .file = "query/pick.comp",
+          .defines = {{"BALLOT_WIDENS", int(widens)}},
+          .group_size = ORDER_GROUP};
+}
 
 }  // namespace ballot

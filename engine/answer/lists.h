@@ -82,7 +82,7 @@ struct ListRooms {
   std::uint32_t records = 0;  // of a room
   std::unique_ptr<Kernel> sums, order;
   // Of lists that stay on the device.
-  std::unique_ptr<Kernel> appends, long_order, pick, alone;
+  std::unique_ptr<Kernel> appends, long_order, pick, widen, alone;
   std::unique_ptr<Buffer<AppendedLists>> appended, part;
   std::unique_ptr<Buffer<std::uint32_t>> whole_places;
   std::unique_ptr<Buffer<std::int64_t>> offsets;
@@ -100,7 +100,8 @@ struct ListRooms {
 /// `of`: PLACES_.... `of_long`: of lists that a workgroup puts in order.
 KernelSource places_source(int of);
 KernelSource order_source(std::uint32_t record_words, bool of_long = false);
-KernelSource pick_source();
+/// `widens`: makes hits of triangles within radii.
+KernelSource pick_source(bool widens = false);
 
 }  // namespace ballot
 

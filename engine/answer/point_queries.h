@@ -92,6 +92,8 @@ class PointQueries {
   /// On a GPU the host sees no more than the number of all triangles, unless a list has more than 16384: then points
   /// and lists pass through its memory. Throws Error(Arguments) if an array has too few records.
   DeviceListed within(const DevicePoints& points, const DeviceLists<Within>& to, const PointQuery& query = {});
+  /// The same as hits: t is the distance, u and v are 0.
+  DeviceListed within(const DevicePoints& points, const DeviceLists<Hit>& to, const PointQuery& query = {});
 
   /// nearest() and inside() for points [0, count) of an array on the device, whose answers go to the same places of
   /// another. The order of the points is kept: neighbours share a subgroup, so points that are near each other should

@@ -114,4 +114,22 @@ DeviceListed PointQueries::within(const DevicePoints& there, const DeviceLists<W
   return listed;
 }
 
+DeviceListed PointQueries::within(const DevicePoints& there, const DeviceLists<Hit>& to, const PointQuery& query) {
+  if (!to.records) return within(there, DeviceLists<Within>{to.counts, to.offsets}, query);
+  Parts& parts = *parts_;
+  auto& found = buffer_for(parts.some_within, parts.gpu, to.records->size(), "triangles within a radius");
+  DeviceListed listed = within(there, DeviceLists<Within>{to.counts, to.offsets, &found}, query);
+  const auto all = std::uint32_t(std::min<std::uint64_t>(listed.records, to.records->size()));
+  refresh(parts.gpu, parts.lists.widen, pick_source(true));
+  parts.lists.widen->bind(BIND_ROWS, found);
+  parts.lists.widen->bind(BIND_RECORDS, *to.records);
+  constexpr std::uint32_t kGroups = 1024;
+  parts.gpu.submit(parts.lists.widen->name(), [&](Commands& cmd) {
+    parts.lists.widen->dispatch(cmd, kGroups, PickPush{all, 0, 0});
+  });
+  listed.times.device_ms += parts.gpu.last_ms();
+  ++listed.times.dispatches;
+  return listed;
+}
+
 }  // namespace ballot

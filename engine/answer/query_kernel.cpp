@@ -94,7 +94,7 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   for (const int of : {PLACES_LISTS, PLACES_APPENDED, PLACES_HITS}) sources.push_back(places_source(of));
   for (const std::uint32_t words : {2u, 4u})
     for (const bool of_long : {false, true}) sources.push_back(order_source(words, of_long));
-  sources.push_back(pick_source());
+  for (const bool widens : {false, true}) sources.push_back(pick_source(widens));
   return sources;
 }
 

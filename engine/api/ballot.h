@@ -261,6 +261,27 @@ class Scene {
   /// The same for rays by their columns.
   Lists crossings(const RayView& rays, const Query& query = {}) const { return list_c(detail::rays_of(rays), query); }
 
+  /// Lists the crossings of the first `count` rays of an array on the device, with the bits of crossings(), and returns
+  /// the number of all; ballot_list_buffers() in ballot_c.h says more. Without to.hits they are only counted, which
+  /// tells how many records it needs. Throws Error(BALLOT_ERROR_ARGUMENT) if it has fewer.
+  std::uint64_t crossings(const Array<Ray>& rays, const ListArrays& to, std::size_t count,
+                          const Query& query = {}) const {
+    return list_there(rays.handle(), to, count, query);
+  }
+  /// The same for the triangles within the limits of points.
+  std::uint64_t within(const Array<Point>& points, const ListArrays& to, std::size_t count,
+                       const Query& query = {}) const {
+    return list_there(points.handle(), to, count, query);
+  }
+  /// Copies those of the first `count` hits on the device that are no misses to `alone`, in their order, and the number
+  /// of the ray of each to `rays`, both with room for `count`. Returns how many there are. `first`: hits of a ray.
+  std::uint64_t compact(const Array<Hit>& hits, Array<Hit>& alone, Array<std::uint32_t>& rays, std::size_t count,
+                        std::uint32_t first = 1) const {
+    std::uint64_t found = 0;
+    check(ballot_compact_hits(handle_.get(), hits.handle(), count, first, alone.handle(), rays.handle(), &found));
+    return found;
+  }
+
   /// Returns what the scene holds, as it was committed last.
   SceneInfo info() const {
     SceneInfo info;
@@ -353,6 +374,11 @@ class Scene {
     const BallotLists lists{.counts = counts.data()};
     check(ballot_list_crossings(handle_.get(), &rays, &lists, &query, nullptr));
     return counts;
+  }
+  std::uint64_t list_there(BallotBuffer* asked, const ListArrays& to, std::size_t count, const Query& query) const {
+    std::uint64_t total = 0;
+    check(ballot_list_buffers(handle_.get(), asked, count, &to, &query, &total, nullptr));
+    return total;
   }
   Lists list_c(const BallotRays& rays, const Query& query) const {
     detail::Listing listing(detail::count_of(rays.shape));

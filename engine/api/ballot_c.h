@@ -65,7 +65,7 @@ struct BallotText {
   const char* text = nullptr;
 };
 
-/* An array on a device that results go to. */
+/* An array on a device, of a call's results or masks. */
 struct BallotTarget {
   BallotTarget() = default;
   BallotTarget(struct BallotBuffer* given) : buffer(given) {}
@@ -94,7 +94,7 @@ extern "C" {
 #define BALLOT_INIT(T) ((T){.size = sizeof(T)}) /* a struct T with its size set and all other members zero */
 
 typedef const char* BallotText;            /* that the caller keeps until the call returns */
-typedef struct BallotBuffer* BallotTarget; /* an array on a device that results go to */
+typedef struct BallotBuffer* BallotTarget; /* an array on a device, of results or masks */
 
 /* A function that is told the share that is done; NULL: none. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. */
 typedef struct BallotProgress {
@@ -186,16 +186,17 @@ BALLOT_API const char* ballot_device_error(BallotDevice* device);
 
 /* What an array on a device holds. */
 typedef enum BallotRecord {
-  BALLOT_RECORD_RAY = 0,       /* BallotRay; dead here if t_max is infinite */
-  BALLOT_RECORD_HIT = 1,       /* BallotHit */
-  BALLOT_RECORD_POINT = 2,     /* BallotPoint */
-  BALLOT_RECORD_NEAREST = 3,   /* BallotNearestPoint */
-  BALLOT_RECORD_FLOAT32 = 4,   /* float; this and those below: columns of answers */
-  BALLOT_RECORD_UINT32 = 5,    /* uint32_t */
-  BALLOT_RECORD_FLOAT32X3 = 6, /* 3 float, as BallotVertex: ballot_scene_set_vertex_buffer() */
-  BALLOT_RECORD_FLOAT32X2 = 7, /* 2 float */
-  BALLOT_RECORD_UINT8 = 8,     /* uint8_t */
-  BALLOT_RECORD_FLOAT32X12 = 9 /* 12 float, a 3 x 4 matrix row by row: ballot_scene_set_transform_buffer() */
+  BALLOT_RECORD_RAY = 0,        /* BallotRay; dead here if t_max is infinite */
+  BALLOT_RECORD_HIT = 1,        /* BallotHit */
+  BALLOT_RECORD_POINT = 2,      /* BallotPoint */
+  BALLOT_RECORD_NEAREST = 3,    /* BallotNearestPoint */
+  BALLOT_RECORD_FLOAT32 = 4,    /* float; this and those below: columns of answers */
+  BALLOT_RECORD_UINT32 = 5,     /* uint32_t */
+  BALLOT_RECORD_FLOAT32X3 = 6,  /* 3 float, as BallotVertex: ballot_scene_set_vertex_buffer() */
+  BALLOT_RECORD_FLOAT32X2 = 7,  /* 2 float */
+  BALLOT_RECORD_UINT8 = 8,      /* uint8_t */
+  BALLOT_RECORD_FLOAT32X12 = 9, /* 12 float, a 3 x 4 matrix row by row: ballot_scene_set_transform_buffer() */
+  BALLOT_RECORD_INT64 = 10      /* int64_t: offsets of ballot_list_buffers() */
 } BallotRecord;
 
 /* A vertex on the device, 12 bytes. */
@@ -256,15 +257,16 @@ typedef struct BallotOutput {
 
 /* Traces rays [0, count) of an array and writes columns of their answers, with the bits that ballot_trace() writes.
  * Returns when they are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no
- * share; of the query any, method, numeric, knobs and ray_class are taken. The scene keeps 16 bytes a ray on the device
- * unless "hits" are among the columns, and for "normals" 36 bytes a triangle, unless it is flat and was built there. */
+ * share. With first, cull, alpha or masks hits are the first crossings, as by ballot_trace(), and outputs hold
+ * `first` records of each ray. The scene keeps 16 bytes a hit on the device unless "hits" are among the columns, and
+ * for "normals" 36 bytes a triangle, unless it is flat and was built there. */
 BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,
                                              const BallotOutput* outputs, size_t output_count, const BallotQuery* query,
                                              BallotTimes* times);
 
-/* The same, but does not wait, so that one batch follows another without a gap. Jobs run in their order. Two are on
- * their way to the device at once; those behind them are sent together by a later call, ballot_job_poll() or
- * ballot_job_wait(). Keep scene and buffers until the job has ended. */
+/* Without first, cull, alpha and masks the same, but does not wait, so that one batch follows another without a gap.
+ * Jobs run in their order. Two are on their way to the device at once; those behind them are sent together by a later
+ * call, ballot_job_poll() or ballot_job_wait(). Keep scene and buffers until the job has ended. */
 BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,
                                               const BallotOutput* outputs, size_t output_count,
                                               const BallotQuery* query, BallotJob** job);
@@ -284,6 +286,30 @@ typedef struct BallotPoint {
 BALLOT_API BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, uint64_t count,
                                                    const BallotOutput* outputs, size_t output_count,
                                                    const BallotQuery* query, BallotTimes* times);
+
+/* Where lists go, on the scene's device. */
+typedef struct BallotListBuffers {
+  BALLOT_SIZE(BallotListBuffers);
+  BallotTarget counts BALLOT_ZERO;  /* BALLOT_RECORD_UINT32: of each question how many are listed; NULL: not wanted */
+  BallotTarget offsets BALLOT_ZERO; /* BALLOT_RECORD_INT64, one more than questions: as in BallotLists; NULL */
+  BallotTarget hits BALLOT_ZERO;    /* BALLOT_RECORD_HIT: the lists, one after the other; NULL: they are only counted */
+} BallotListBuffers;
+
+/* Lists the crossings of rays [0, count) of an array, or the triangles within the limits of points, as the array has
+ * them, with the bits of ballot_list_crossings() and ballot_list_within(). Writes the number of all to *total, which
+ * may be NULL. If hits has fewer records, that is BALLOT_ERROR_ARGUMENT: counts, offsets and *total are written, the
+ * hits unspecified. So call twice, first without hits; or make room for what there is at most. The host sees *total
+ * alone, but for numeric "exact", lists of more than 16384, and devices that are the CPU. Neighbours share a
+ * subgroup, so put questions that are alike next to each other. query and times as of ballot_trace_buffers(). */
+BALLOT_API BallotStatus ballot_list_buffers(BallotScene* scene, BallotBuffer* questions, uint64_t count,
+                                            const BallotListBuffers* lists, const BallotQuery* query, uint64_t* total,
+                                            BallotTimes* times);
+
+/* Writes those of the first `count` hits of an array that are no misses to `alone`, one after the other, and the number
+ * of the ray of each to `rays` (BALLOT_RECORD_UINT32); a ray has `first` hits, as BallotQuery::first was; 0: one. Both
+ * have room for `count` records. Writes their number to *found. */
+BALLOT_API BallotStatus ballot_compact_hits(BallotScene* scene, BallotBuffer* hits, uint64_t count, uint32_t first,
+                                            BallotBuffer* alone, BallotBuffer* rays, uint64_t* found);
 
 /* ---- Rays and pictures of a view -------------------------------------------------------------------------------- */
 

@@ -32,6 +32,7 @@ using MeshInfo = BallotMeshInfo;            ///< a mesh of a scene
 using NearestPoint = BallotNearestPoint;    ///< the answer for a point on the device, 32 bytes
 using NearestResults = BallotNearest;       ///< where the answers for points go
 using Output = BallotOutput;                ///< where a column of answers goes on the device
+using ListArrays = BallotListBuffers;       // on a device
 using Picture = BallotPicture;              ///< what to render
 using Point = BallotPoint;                  ///< a point on the device, 16 bytes
 using Query = BallotQuery;                  ///< how to answer questions

@@ -183,6 +183,8 @@ template <>
 struct RecordOf<std::uint32_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_UINT32> {};
 template <>
 struct RecordOf<std::uint8_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_UINT8> {};
+template <>
+struct RecordOf<std::int64_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_INT64> {};
 
 }  // namespace detail
 }  // namespace v1

@@ -1,5 +1,5 @@
 // Traces of arrays on the device by the C interface.
-#include "engine/api/arrays.h"
+#include "engine/api/crossings.h"
 #include "engine/api/outputs.h"
 #include "engine/gpu/room.h"
 
@@ -62,19 +62,20 @@ class DeviceJob : public JobState {
   std::uint64_t submission_ = 0;
 };
 
-/// Checks the arguments of a trace of arrays on the device, and runs trace(ArrayTrace, query) while it holds that by a
+/// Checks the arguments of a trace of arrays on the device, and runs trace(ArrayTrace, options) while it holds that by a
 /// DeviceHold or DeviceUse.
 template <class Hold, class Trace>
 void with_arrays(SceneState& scene, BallotBuffer* rays, std::uint64_t count, std::span<const BallotOutput> outputs,
-                 const BallotQuery* query, const Trace& trace) {
+                 const BallotQuery* query, const Kind& kind, const Trace& trace) {
   constexpr const char* kCall = "trace of arrays on the device";
   const auto from = use(rays);
   Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kCall, "rays");
-  const Outputs to(outputs, door::kHitRows, scene, *from, count, kCall);
-  const Query q = hit_query(read_query(query, kArraysKind));
+  const BallotQuery q = read_query(query, kind);
+  const std::uint64_t all = count * std::max(q.first, 1u);
+  const Outputs to(outputs, door::kHitRows, scene, *from, all, kCall);
   const Hold hold(*scene.device);
   keep_fit(scene);
-  Buffer<Hit>& hits = to.hits ? *to.hits : buffer_for(answers_there(scene).hits, *scene.device->gpu, count, "hits");
+  Buffer<Hit>& hits = to.hits ? *to.hits : buffer_for(answers_there(scene).hits, *scene.device->gpu, all, "hits");
   trace(ArrayTrace{in, std::uint32_t(count), to, hits}, q);
 }
 
@@ -95,12 +96,14 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64
     const Watch watch(read_query(query, kArraysKind), *state->device);
     const auto to = outputs_of(outputs, output_count, "ballot_trace_buffers");
     const Watched watched(watch);
-    with_arrays<DeviceUse>(*state, rays, count, to, query, [&](const ArrayTrace& t, const ballot::Query& q) {
+    with_arrays<DeviceUse>(*state, rays, count, to, query, kArraysKind, [&](const ArrayTrace& t, const BallotQuery& q) {
       ballot::Context& gpu = *state->device->gpu;
       const ballot::PassScope scope(gpu);
-      ballot::TraceTimes spent = state->world->tracer().trace(t.rays, t.hits, t.count, q);
-      record_columns(*state, {.found = t.hits, .count = t.count}, t.outputs.to,
-                     [&](double ms) { spent.device_ms += ms; });
+      const std::uint64_t all = t.count * std::uint64_t{std::max(q.first, 1u)};
+      ballot::TraceTimes spent = asks_for_crossings(q)
+                                     ? first_crossings(*state, t.rays, t.count, q, t.hits)
+                                     : state->world->tracer().trace(t.rays, t.hits, t.count, hit_query(q));
+      record_columns(*state, {.found = t.hits, .count = all}, t.outputs.to, [&](double ms) { spent.device_ms += ms; });
       gpu.finish();
       write_struct(times, clock.times(spent, 0), "BallotTimes");
     });
@@ -113,8 +116,8 @@ BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, uint6
     need(job, "ballot_submit_buffers", "job");
     auto begun = std::make_shared<DeviceJob>(state);
     const auto to = outputs_of(outputs, output_count, "ballot_submit_buffers");
-    with_arrays<DeviceHold>(*state, rays, count, to, query,
-                            [&](const ArrayTrace& t, const ballot::Query& q) { begun->begin(t, q); });
+    with_arrays<DeviceHold>(*state, rays, count, to, query, kArrayJobsKind,
+                            [&](const ArrayTrace& t, const BallotQuery& q) { begun->begin(t, hit_query(q)); });
     *job = jobs().add(std::move(begun));
   });
 }

@@ -136,13 +136,17 @@ BallotTimes list_within(SceneState& scene, const PointArray& points, const Ballo
 
 }  // namespace
 
-TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
-                           Watch& watch, std::uint64_t& hits) {
+void check_first(const BallotQuery& query) {
   for (const auto& [name, value] : {std::pair{"method", query.method.text}, std::pair{"knobs", query.knobs.text}})
     if (value && std::string_view(value) != kDefaultMethod && *value)
       refuse(fmt::format("{} is '{}', beside first, masks, cull or alpha, which one method answers; expected none",
                          name, value));
   if (query.any && query.first) refuse("any is 1 and first is set; expected one of them");
+}
+
+TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
+                           Watch& watch, std::uint64_t& hits) {
+  check_first(query);
   const std::uint32_t most = std::max(query.first, 1u);
   if (rays.count() > kMostBytes / sizeof(Hit) / most)
     refuse(fmt::format("first is {}, of {} rays; no memory holds as many hits: expected fewer than 2^47 bytes in all",

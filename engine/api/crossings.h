@@ -10,4 +10,11 @@ namespace ballot::api {
 TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
                            Watch& watch, std::uint64_t& hits);
 
+/// The same for rays on the device, whose hits go to the array `hits`.
+TraceTimes first_crossings(SceneState& scene, const Buffer<Ray>& rays, std::uint64_t count, const BallotQuery& query,
+                           Buffer<Hit>& hits);
+
+/// Throws Refused if options of hits do not fit to first crossings.
+void check_first(const BallotQuery& query);
+
 }  // namespace ballot::api

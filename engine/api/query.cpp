@@ -11,8 +11,11 @@ namespace ballot::api {
 
 const Kind kHitsKind{door::kHits, "hits"}, kCrossingsKind{door::kCrossings, "crossings"},
     kPointsKind{door::kPoints, "points"}, kWithinKind{door::kWithin, "triangles within a limit"},
-    kArraysKind{door::kHits, "arrays on the device", false}, kPictureKind{door::kHits, "pictures", false},
-    kKernelKind{0, "kernels"};
+    kPictureKind{door::kHits, "pictures", false}, kKernelKind{0, "kernels"};
+const Kind kArraysKind{door::kHits, "arrays on the device", true, true},
+    kArrayJobsKind{door::kHits, "jobs of arrays on the device", false},
+    kCrossingArraysKind{door::kCrossings, "crossings", true, true},
+    kWithinArraysKind{door::kWithin, "triangles within a limit", true, true};
 
 namespace {
 
@@ -58,6 +61,9 @@ void check_options(const BallotQuery& query, const Kind& kind) {
     fail(Failure::Arguments, "{} is no option of {}; expected {}", row.name, kind.name,
          options.empty() ? "none" : "some of " + options);
   }
+  if (query.masks && !kind.there)
+    fail(Failure::Arguments, "masks on the device are no option of {}; expected masks where the questions are",
+         kind.name);
   for (const door::Row& row : door::kQueryRows) {
     if (row.type != door::Type::Bool) continue;
     const auto value = *reinterpret_cast<const BallotBool*>(reinterpret_cast<const char*>(&query) + row.offset);
@@ -76,7 +82,7 @@ Query hit_query(const BallotQuery& q) {
 }
 
 bool asks_for_crossings(const BallotQuery& q) {
-  return q.first || q.alpha || (q.cull && std::string_view(q.cull.text) != "none");
+  return q.first || q.alpha || q.masks || (q.cull && std::string_view(q.cull.text) != "none");
 }
 
 CrossingQuery crossing_query(const BallotQuery& q) {

@@ -13,15 +13,18 @@ struct Kind {
   unsigned options;  // door::Kinds
   const char* name;
   bool filters = true;  // it has those options of hits that crossings have, too
+  bool there = false;   // its questions and their masks are arrays on the device
 };
-extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kArraysKind, kPictureKind, kKernelKind;
+extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kPictureKind, kKernelKind;
+extern const Kind kArraysKind, kArrayJobsKind, kCrossingArraysKind, kWithinArraysKind;
 
 /// Throws Error(Arguments) if an option is set that a kind does not have, or a truth value is neither 0 nor 1.
 void check_options(const BallotQuery& query, const Kind& kind);
 
 /// The query of hits by the methods of `ballot methods`.
 Query hit_query(const BallotQuery& query);
-/// Returns true if hits are the first crossings: if an option asks for more than methods find.
+/// Returns true if hits are the first crossings: if there are masks on the device, or an option asks for more than
+/// methods find.
 bool asks_for_crossings(const BallotQuery& query);
 /// The query of crossings, without the masks of triangles. Throws Error(Arguments) if an option has a value that it
 /// does not take.

@@ -199,7 +199,8 @@ struct BufferState {
   std::shared_ptr<DeviceState> device;
   std::size_t records = 0, record_bytes = 0;
   std::variant<std::monostate, Buffer<Ray>, Buffer<Hit>, Buffer<ProbePoint>, Buffer<Nearest>, Buffer<float>,
-               Buffer<std::uint32_t>, Buffer<glm::vec3>, Buffer<glm::vec2>, Buffer<std::uint8_t>, Buffer<Transform>>
+               Buffer<std::uint32_t>, Buffer<glm::vec3>, Buffer<glm::vec2>, Buffer<std::uint8_t>, Buffer<Transform>,
+               Buffer<std::int64_t>>
       array;
   std::unique_ptr<CudaMemory> cuda;
   LastError error;
