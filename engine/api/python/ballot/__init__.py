@@ -70,6 +70,7 @@ from ._door import Code, DeviceInfo, InputInfo, InstanceInfo, MeshInfo, SceneInf
 from ._errors import Error, PrecisionWarning
 from ._job import Job
 from ._kernel import Kernel
+from ._listed import DeviceLists
 from ._load import load_scene
 from ._patterns import Grid, Pattern, frames, grid, hemisphere, lidar
 from ._picture import Picture, render
@@ -88,6 +89,7 @@ __all__ = [
     "Code",
     "Device",
     "DeviceInfo",
+    "DeviceLists",
     "Error",
     "Grid",
     "InputInfo",

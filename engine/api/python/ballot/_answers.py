@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
-from . import _arrays, _ballot, _query, _sources
+from . import _arrays, _ballot, _listed, _query, _sources
 from ._array import Array
 from ._arrays import HIT
 from ._closable import Closable
 from ._door import HIT_COLUMNS, POINT_COLUMNS, CrossingOptions, HitOptions, PointOptions, Times, documented
 from ._job import Job
+from ._listed import DeviceLists
 from ._there import Asked, refuse_count
 
 if TYPE_CHECKING:
@@ -265,9 +266,18 @@ class Answers(Closable):
         _told(times, self._handle.nearest(source, flat, asked, progress))
         return arrays
 
+    @overload
+    def within(
+        self, points: Array, *, masks: Array | None = None, times: list[Times] | None = None, progress: Any = None
+    ) -> DeviceLists: ...
+    @overload
     def within(
         self, points: Any, radius: Any, *, masks: Any = None, times: list[Times] | None = None, progress: Any = None
-    ) -> Lists:
+    ) -> Lists: ...
+    def within(
+        self, points: Any, radius: Any = None, *, masks: Any = None, times: list[Times] | None = None,
+        progress: Any = None,
+    ) -> Any:
         """Lists all triangles within a radius of each point, the nearest first: HIT with t the distance, within the
         bound of nearest(), and u = v = 0.
 
@@ -276,21 +286,38 @@ class Answers(Closable):
                 arrays a point of a negative or NaN radius is near nothing
         masks   as nearest()
 
+        Of points in a ballot.Array, whose limits are the radii, they are DeviceLists, as of crossings(); masks are then
+        an Array of "uint32".
+
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> counts, hits = scene.within([[0.25, 0.25, 2], [0.25, 0.25, 3]], 2.5)
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
+        if isinstance(points, Array):
+            told = _query.progress_function(progress)
+            return _listed.lists(self._handle, points, None, {"radius": radius}, masks, {}, told, times)
         source = _sources.points(points, radius, masks, least=True)
         return self._list(source, True, True, {}, _query.progress_function(progress), times)
 
+    @overload
+    def count_crossings(
+        self, rays: Array, *, masks: Array | None = None, times: list[Times] | None = None,
+        **options: Unpack[CrossingOptions],
+    ) -> Array: ...
+    @overload
+    def count_crossings(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        poses: Any = None, times: list[Times] | None = None, **options: Unpack[CrossingOptions],
+    ) -> np.ndarray: ...
     @documented
     def count_crossings(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
         poses: Any = None, times: list[Times] | None = None, **options: Unpack[CrossingOptions],
-    ) -> np.ndarray:
+    ) -> Any:
         """Returns how many triangles each ray crosses: int64 of shape (...). Rays, origins, directions, t, masks,
-        poses as trace().
+        poses as trace(). Of rays in a ballot.Array it is an Array of "uint32" there; masks are one too, of each ray or
+        of one record.
 
         A ray through an edge or a vertex of a closed surface crosses it there once, or twice or not at all where it
         touches the surface from one side.
@@ -301,25 +328,59 @@ class Answers(Closable):
         >>> scene.count_crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]]).tolist()
         [1, 0]
         """
-        source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "crossings")
+        if isinstance(rays, Array):
+            beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
+            return _listed.counts(self._handle, rays, None, beside, masks, asked, progress, times)
+        source = _sources.rays(rays, t, origins, directions, masks, poses)
         return self._list(source, False, False, asked, progress, times).counts
 
+    @overload
+    def crossings(
+        self, rays: Array, *, masks: Array | None = None, times: list[Times] | None = None,
+        **options: Unpack[CrossingOptions],
+    ) -> DeviceLists: ...
+    @overload
     def crossings(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
         poses: Any = None, times: list[Times] | None = None, **options: Unpack[CrossingOptions],
-    ) -> Lists:
+    ) -> Lists: ...
+    def crossings(
+        self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
+        poses: Any = None, times: list[Times] | None = None, **options: Unpack[CrossingOptions],
+    ) -> Any:
         """Finds all triangles that each ray crosses, or the `first` of each. Returns Lists (counts, hits): each ray's
-        in the order of t, at equal t of prim. Arguments as count_crossings().
+        in the order of t, at equal t of prim. Arguments as count_crossings(). Of rays in a ballot.Array they are
+        DeviceLists (counts, hits, offsets), of which the host sees the number of all alone: the rays are walked twice.
 
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> counts, hits = scene.crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]])
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
-        source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "crossings")
+        if isinstance(rays, Array):
+            beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
+            return _listed.lists(self._handle, rays, None, beside, masks, asked, progress, times)
+        source = _sources.rays(rays, t, origins, directions, masks, poses)
         return self._list(source, False, True, asked, progress, times)
+
+    def compact(self, hits: Array, *, first: int = 1, count: int | None = None) -> tuple[Array, Array, int]:
+        """Leaves the misses of an Array of "hits" out. Returns (hits, rays, number): Arrays of "hits" and "uint32" with
+        those alone, one after the other, the number of each one's ray, and how many there are; the Arrays are as long
+        as all hits, and what lies behind is unspecified.
+
+        first  hits of a ray, as trace() was asked for
+        count  the first so many hits are looked at; None: all
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> hits = ballot.Array("hits", 2)
+        >>> hits.write([[float("inf"), np.uint32(2**32 - 1).view(np.float32), 0, 0], [2, 0, 0.5, 0.25]])
+        >>> alone, rays, number = scene.compact(hits)
+        >>> number, int(rays.read()[0])
+        (1, 1)
+        """
+        return _listed.compact(self._handle, hits, count, first)
 
     def _list(
         self, source: _sources.Source, near: bool, lists: bool, asked: dict[str, Any], progress: Any,

@@ -18,8 +18,8 @@ _RECORDS: dict[str, tuple[int, type, int]] = {
     "rays": (0, np.float32, 8), "hits": (1, np.float32, 4), "points": (2, np.float32, 4),
     "nearest": (3, np.float32, 8), "vertices": (6, np.float32, 3), "float32": (4, np.float32, 1),
     "float32x2": (7, np.float32, 2), "float32x3": (6, np.float32, 3), "uint32": (5, np.uint32, 1),
-    "uint8": (8, np.uint8, 1), "distances": (4, np.float32, 1), "inside": (5, np.uint32, 1),
-    "transforms": (9, np.float32, 12),
+    "transforms": (9, np.float32, 12), "uint8": (8, np.uint8, 1), "int64": (10, np.int64, 1),
+    "distances": (4, np.float32, 1), "inside": (5, np.uint32, 1),
 }  # fmt: skip
 
 
@@ -30,8 +30,8 @@ class Array(Closable):
     record    "rays": rows of 8 float32, as Scene.trace() takes them, but with t_max finite; "hits": rows of 4, t, prim
               (its bits), u, v; "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z,
               distance, prim (its bits), u, v, nothing; "vertices": rows of 3, x, y, z; "transforms": rows of 12, a
-              3 x 4 matrix row by row. As columns of answers have them: "float32", "uint32" and "uint8" of shape
-              (count,), "float32x2" (count, 2), "float32x3" (count, 3); "distances" is another name of "float32",
+              3 x 4 matrix row by row. As columns of answers have them: "float32", "uint32", "uint8" and "int64" of
+              shape (count,), "float32x2" (count, 2), "float32x3" (count, 3); "distances" is another name of "float32",
               "inside" of "uint32"
     count     number of records, 1 to 2^32 - 1
     device    a Device; None: the default one
@@ -79,7 +79,7 @@ class Array(Closable):
 
     @property
     def dtype(self) -> np.dtype:
-        """float32, uint32 or uint8."""
+        """float32, uint32, uint8 or int64."""
         return np.dtype(_RECORDS[self._record][1])
 
     @property
@@ -101,8 +101,8 @@ class Array(Closable):
         elif self._record == "points":
             array = _limited(_arrays.floats(records, "records", (3, 4)))
         else:
-            array = records if width > 1 or self.dtype.kind == "u" else np.asarray(records)[..., np.newaxis]
-        if self.dtype.kind == "u":
+            array = records if width > 1 or self.dtype.kind in "ui" else np.asarray(records)[..., np.newaxis]
+        if self.dtype.kind in "ui":
             rows = _whole(array, self.dtype)
         else:
             rows = _arrays.contiguous(_arrays.floats(array, "records", (width,)).reshape(-1, width))

@@ -153,16 +153,49 @@ struct Outputs {
   std::vector<std::shared_ptr<Buffer>> arrays;
 };
 
+std::shared_ptr<Buffer> use(const ArrayObject* array) { return array ? array->use() : nullptr; }
+BallotBuffer* handle_of(const std::shared_ptr<Buffer>& buffer) { return buffer ? buffer->get() : nullptr; }
+
 /// Answers the first `count` questions of an array on the device by ask(scene, array, count, outputs, their number,
 /// query, times).
 template <auto kAsk>
 Objects answered_there(const SceneObject& self, const ArrayObject& asked, std::uint64_t count,
-                       const ObjectDict& columns, const ObjectDict& options, nb::object progress) {
-  return answered(self, std::move(progress), query_of(options), false,
-                  [=, from = asked.use(), to = Outputs(columns)](auto* scene, auto* query, auto* times) {
-                    const std::vector<BallotOutput> outputs = to.c();
-                    return kAsk(scene, from->get(), count, outputs.data(), outputs.size(), query, times);
-                  });
+                       const ObjectDict& columns, const ObjectDict& options, nb::object progress,
+                       const ArrayObject* masks) {
+  return answered(
+      self, std::move(progress), query_of(options), false,
+      [=, from = asked.use(), to = Outputs(columns), words = use(masks)](auto* scene, auto* query, auto* times) {
+        query->masks = handle_of(words);
+        const std::vector<BallotOutput> outputs = to.c();
+        return kAsk(scene, from->get(), count, outputs.data(), outputs.size(), query, times);
+      });
+}
+
+/// Lists what is found for questions on the device, to arrays of which some may be None. Returns (number of all, times).
+Objects list_there(const SceneObject& self, const ArrayObject& asked, std::uint64_t count, const ArrayObject* counts,
+                   const ArrayObject* offsets, const ArrayObject* hits, const ObjectDict& options, nb::object progress,
+                   const ArrayObject* masks) {
+  const auto total = std::make_shared<std::uint64_t>(0);
+  const nb::tuple times =
+      answered(self, std::move(progress), query_of(options), false,
+               [=, from = asked.use(), a = use(counts), b = use(offsets), c = use(hits), words = use(masks)](
+                   auto* scene, auto* query, auto* spent) {
+                 query->masks = handle_of(words);
+                 BallotListBuffers to;
+                 to.counts = handle_of(a), to.offsets = handle_of(b), to.hits = handle_of(c);
+                 return ballot_list_buffers(scene, from->get(), count, &to, query, total.get(), spent);
+               });
+  return nb::make_tuple(*total, times);
+}
+
+std::uint64_t compact(const SceneObject& self, const ArrayObject& hits, std::uint64_t count, std::uint32_t first,
+                      const ArrayObject& alone, const ArrayObject& rays) {
+  return watched(self.use(), nb::none(),
+                 [=, all = hits.use(), some = alone.use(), of = rays.use()](const Scene& s, Watch&) {
+                   std::uint64_t found = 0;
+                   check(ballot_compact_hits(s.handle(), all->get(), count, first, some->get(), of->get(), &found));
+                   return found;
+                 });
 }
 
 }  // namespace
@@ -178,9 +211,12 @@ void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene) {
            nb::arg("options"), progress)
       .def("submit", &submit, nb::arg("source"), nb::arg("columns"), nb::arg("options"), nb::arg("arrays"))
       .def("trace_there", &answered_there<ballot_trace_buffers>, nb::arg("rays"), nb::arg("count"), nb::arg("columns"),
-           nb::arg("options"), progress)
+           nb::arg("options"), progress, nb::arg("masks").none() = nb::none())
       .def("nearest_there", &answered_there<ballot_query_point_buffers>, nb::arg("points"), nb::arg("count"),
-           nb::arg("columns"), nb::arg("options"), progress);
+           nb::arg("columns"), nb::arg("options"), progress, nb::arg("masks").none() = nb::none())
+      .def("list_there", &list_there, nb::arg("questions"), nb::arg("count"), nb::arg("counts").none(),
+           nb::arg("offsets").none(), nb::arg("hits").none(), nb::arg("options"), progress, nb::arg("masks").none())
+      .def("compact", &compact, nb::arg("hits"), nb::arg("count"), nb::arg("first"), nb::arg("alone"), nb::arg("rays"));
 }
 
 }  // namespace ballot::python

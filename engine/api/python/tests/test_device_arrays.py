@@ -104,6 +104,45 @@ class Arrays(unittest.TestCase):
         np.testing.assert_array_equal(words.read()[:499], scenes[0].occluded(self.rays)[:499])
         self.assertTrue((words.read()[499:] == 9).all())
 
+    def test_lists(self):
+        """Lists, counts and hits alone of arrays are those of arrays of the host."""
+        rays, masks, one = ballot.Array("rays", 500), ballot.Array("uint32", 500), ballot.Array("uint32", 1)
+        rays.write(self.rays)
+        words = np.arange(500, dtype=np.uint32) % 3
+        masks.write(words)
+        one.write(np.uint32([2]))
+        for given, here in ((None, None), (masks, words), (one, 2)):
+            for options in ({}, {"first": 2, "cull": "back"}, {"numeric": "exact", "first": 20}):
+                counts, hits, offsets = self.scene.crossings(rays, masks=given, **options)
+                want = self.scene.crossings(self.rays, masks=here, **options)
+                self.assertEqual(offsets.dtype, np.int64)
+                np.testing.assert_array_equal(counts.read(), want.counts)
+                np.testing.assert_array_equal(offsets.read(), want.offsets)
+                np.testing.assert_array_equal(hits.read(), want.hits)
+        np.testing.assert_array_equal(self.scene.count_crossings(rays).read(), self.scene.count_crossings(self.rays))
+        points = ballot.Array("points", 500)
+        points.write(np.c_[self.rays[:, :3] * 0.2, np.full(500, 0.3, np.float32)])
+        counts, hits, offsets = self.scene.within(points)
+        want = self.scene.within(self.rays[:, :3] * 0.2, 0.3)
+        np.testing.assert_array_equal(counts.read(), want.counts)
+        np.testing.assert_array_equal(offsets.read(), want.offsets)
+        np.testing.assert_array_equal(hits.read(), want.hits)
+        found = ballot.Array("hits", 500)
+        found.write(self.hits)
+        alone, numbers, number = self.scene.compact(found)
+        met = np.flatnonzero(self.hits["prim"] != ballot.MISS)
+        self.assertEqual(number, len(met))
+        np.testing.assert_array_equal(numbers.read(count=number), met)
+        np.testing.assert_array_equal(alone.read(count=number), self.hits[met])
+        rays.write(np.zeros((500, 8), np.float32))
+        self.assertIsNone(self.scene.crossings(rays).hits)
+        with self.assertRaisesRegex(TypeError, "masks: found list"):
+            self.scene.crossings(rays, masks=[1])
+        with self.assertRaisesRegex(TypeError, "radius: found beside"):
+            self.scene.within(points, 2)
+        with self.assertRaisesRegex(ValueError, "masks has 10 records"):
+            self.scene.crossings(rays, masks=ballot.Array("uint32", 10))
+
     def test_vertices(self):
         """A commit from an array on the device gives the scene that one from the host gives, also pickled."""
         for size in (100, 70000):  # trees of the host, and perhaps of the device
