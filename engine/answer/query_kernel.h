@@ -56,6 +56,8 @@ class QueryKernel {
 
   /// Binds a buffer, as Kernel::bind(). Call it after each prepare().
   void bind(std::uint32_t binding, const BufferPart& part) { kernel_->bind(binding, part); }
+  /// Binds what `binds` knows of. Call it after each prepare().
+  void bind(const std::function<void(Kernel&)>& binds) { binds(*kernel_); }
   /// Binds what the kernel reads of surfaces. Call it after each prepare().
   void bind(const SurfaceAlpha& alpha) { alpha.bind(*kernel_); }
   /// Makes or renews the kernel, if the tree or the shaders changed.

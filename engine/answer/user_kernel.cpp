@@ -37,6 +37,7 @@ OwnText own_text(const UserText& text, const WholeText& whole) { return {whole.t
 
 UserInputs inputs_of(Context& gpu, const UserText& text) {
   WholeText whole = whole_text(text);
+  for (const char* define : {"BALLOT_HAS_INSTANCES", "BALLOT_STORED"}) whole.defines.emplace_back(define, 0);
   const KernelSource source = own_source("called", gpu.info(), kFlat, whole.defines, own_text(text, whole));
   Reflection reflection;
   try {
@@ -51,8 +52,17 @@ UserInputs inputs_of(Context& gpu, const UserText& text) {
 }
 
 struct UserKernel::Parts {
-  Parts(Context& device, DeviceTree& tree, UserText user)
-      : gpu(device), scene(tree), text(std::move(user)), whole(whole_text(text)), once(device, tree) {
+  Parts(Context& device, DeviceTree& tree, UserText user, UserTriangles of)
+      : gpu(device),
+        scene(tree),
+        text(std::move(user)),
+        whole(whole_text(text)),
+        triangles(std::move(of)),
+        once(device, tree) {
+    if ((whole.calls.corner || whole.calls.place) && !triangles.bind)
+      fail(Failure::Arguments, "kernel {}: {} calls corner() or place(), and this scene has no triangles to read",
+           text.name, text.file);
+    whole.defines.insert(whole.defines.end(), triangles.defines.begin(), triangles.defines.end());
     std::size_t bytes = 0;
     for (const UserNumber& n : whole.numbers) {
       offsets.push_back(bytes);
@@ -74,9 +84,21 @@ struct UserKernel::Parts {
     DeviceTree& tree = this->tree();
     if (!kernel) kernel.emplace(gpu, tree, "called", whole.defines, false, SpecConstants(), own_text(text, whole));
     kernel->prepare();
+    if (whole.calls.corner) kernel->bind(triangles.bind);
+    if (whole.calls.place) bind_places();
     if (!whole.calls.closest || !tree.forest()) return;
     instances.update(gpu, tree, kernel->fetch());
     kernel->bind(BIND_POINT_INSTANCES, instances.device());
+  }
+  void bind_places() {
+    if (!places || places_of != scene.generation()) {
+      const std::vector<glm::uvec2> all = triangles.places();
+      places.emplace(gpu, all.size(), Access::Storage, "instances of a kernel");
+      places->upload(all);
+      places_of = scene.generation();
+    }
+    kernel->bind(BIND_USER_PLACES,
+                 BufferPart(*places, 0, places->size() * sizeof(glm::uvec2)));  // the buffer may have more
   }
   DeviceTree& tree() { return wants_each_once() ? once.tree() : scene; }
 
@@ -99,6 +121,7 @@ struct UserKernel::Parts {
   DeviceTree& scene;
   UserText text;
   WholeText whole;
+  UserTriangles triangles;
   WholeTree once;
   std::optional<QueryKernel> kernel;
   PointInstances instances;
@@ -106,10 +129,12 @@ struct UserKernel::Parts {
   std::vector<std::size_t> offsets;              // of each number
   std::vector<std::byte> values;                 // of all numbers
   std::optional<Buffer<std::byte>> numbers;
+  std::optional<Buffer<glm::uvec2>> places;
+  std::uint64_t places_of = 0;  // generation of the scene
 };
 
-UserKernel::UserKernel(Context& gpu, DeviceTree& scene, UserText text)
-    : parts_(std::make_unique<Parts>(gpu, scene, std::move(text))) {}
+UserKernel::UserKernel(Context& gpu, DeviceTree& scene, UserText text, UserTriangles triangles)
+    : parts_(std::make_unique<Parts>(gpu, scene, std::move(text), std::move(triangles))) {}
 
 UserKernel::~UserKernel() = default;
 UserKernel::UserKernel(UserKernel&& other) noexcept = default;

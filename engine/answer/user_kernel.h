@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "engine/answer/dispatch.h"
-#include "engine/gpu/buffer.h"
+#include "engine/gpu/kernel.h"
 #include "engine/tree/device/device_tree.h"
 
 namespace ballot {
@@ -52,6 +52,14 @@ struct UserText {
   std::string numeric = "watertight";
 };
 
+/// What kernels need to read the triangles of a scene: corner() and place() in their texts.
+struct UserTriangles {
+  Defines defines = {};                    // of shaders/lib/shade/triangles.glsl
+  std::function<void(Kernel&)> bind = {};  // binds what that reads
+  /// Returns the first triangle and the number of each instance that is placed, in ascending order.
+  std::function<std::vector<glm::uvec2>()> places = {};
+};
+
 /// Returns what a text declares. Compiles it for a flat scene: throws Error(Arguments) for wrong names and types, for a
 /// text without `void main(uint index)`, and with the compiler's message, which names the user's file and line.
 UserInputs inputs_of(Context& gpu, const UserText& text);
@@ -72,7 +80,8 @@ class UserKernel {
  public:
   /// Keeps references to gpu and scene. Throws as inputs_of() does; Error(Work) if the device has too few bindings for
   /// the text's arrays.
-  UserKernel(Context& gpu, DeviceTree& scene, UserText text);
+  /// `triangles`: without them a text that calls corner() or place() is refused.
+  UserKernel(Context& gpu, DeviceTree& scene, UserText text, UserTriangles triangles = {});
   ~UserKernel();
   UserKernel(UserKernel&& other) noexcept;
 

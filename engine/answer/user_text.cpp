@@ -27,7 +27,8 @@ const Names kShared{
     "t",        "prim",  "u",       "v",         "at",       "distance",  "behind",   "abs",
     "all",      "clamp", "cross",   "dot",       "equal",    "floor",     "fma",      "greaterThanEqual",
     "lessThan", "max",   "min",     "mix",       "sqrt",     "sign",      "length",   "x",
-    "y",        "z",     "w",       "atomicAdd", "bitCount", "findLSB",   "xyz"};
+    "y",        "z",     "w",       "atomicAdd", "bitCount", "findLSB",   "xyz",      "corner",
+    "place"};
 
 bool is_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
 bool is_name(std::string_view word) {
@@ -279,16 +280,17 @@ WholeText whole_text(const UserText& user) {
   check_text(user, words);
   Names declared = declared_by(words.code);
   WholeText whole;
-  whole.calls = {calls(words, declared, "nearest"), calls(words, declared, "any"), calls(words, declared, "count"),
-                 calls(words, declared, "closest"), declared.contains("accept"),   declared.contains("intersect")};
+  whole.calls = {calls(words, declared, "nearest"), calls(words, declared, "any"),    calls(words, declared, "count"),
+                 calls(words, declared, "closest"), calls(words, declared, "corner"), calls(words, declared, "place"),
+                 declared.contains("accept"),       declared.contains("intersect")};
   Declarations own(user, bare, words.code);
   declared.insert(own.names.begin(), own.names.end());
   const UserCalls& c = whole.calls;
-  whole.defines = {
-      {"CALLS_NEAREST", c.nearest}, {"CALLS_ANY", c.any}, {"CALLS_COUNT", c.count}, {"CALLS_CLOSEST", c.closest},
-      {"BALLOT_WIDE", 0},           {"BALLOT_FIRST", 0},  {"BALLOT_ANY", 0},        {"BALLOT_LISTS", 0},
-      {"BALLOT_EXACT", 0},          {"BALLOT_MASKS", 0},  {"BALLOT_CULL", 0},       {"BALLOT_ALPHA", 0},
-      {"BALLOT_SIDES", 0}};
+  whole.defines = {{"CALLS_NEAREST", c.nearest}, {"CALLS_ANY", c.any},       {"CALLS_COUNT", c.count},
+                   {"CALLS_CLOSEST", c.closest}, {"CALLS_CORNER", c.corner}, {"CALLS_PLACE", c.place},
+                   {"BALLOT_WIDE", 0},           {"BALLOT_FIRST", 0},        {"BALLOT_ANY", 0},
+                   {"BALLOT_LISTS", 0},          {"BALLOT_EXACT", 0},        {"BALLOT_MASKS", 0},
+                   {"BALLOT_CULL", 0},           {"BALLOT_ALPHA", 0},        {"BALLOT_SIDES", 0}};
   if (c.accepts) whole.defines.emplace_back("CALLED_ACCEPT", 1);
   if (c.intersects) whole.defines.emplace_back("CALLED_INTERSECT", 1);
   if (c.intersects && declared.contains("is_shape")) whole.defines.emplace_back("CALLED_IS_SHAPE", 1);

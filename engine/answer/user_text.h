@@ -10,7 +10,7 @@ namespace ballot {
 
 /// What a text asks of a scene.
 struct UserCalls {
-  bool nearest = false, any = false, count = false, closest = false;
+  bool nearest = false, any = false, count = false, closest = false, corner = false, place = false;
   bool accepts = false, intersects = false;  // it has accept(), intersect()
 };
 

@@ -17,8 +17,8 @@ typedef struct BallotKernelOptions {
 
 /* Makes a kernel of a text for the scenes of a device. The text is GLSL 460 for Vulkan with `void main(uint index)`,
  * which is called for each index of a run, in no order, and which may ask the scene of the run: nearest(), any(),
- * count(), closest(). shaders/user_kernels.md lists the calls, and hooks that see each hit. What the text reads and
- * writes is declared in it:
+ * count(), closest(), corner(), place(). shaders/user_kernels.md lists the calls, and hooks that see each hit. What the
+ * text reads and writes is declared in it:
  *
  *   readonly buffer Rays { Ray rays[]; };   // an array; without readonly it is written, too
  *   buffer Near { float near[]; };

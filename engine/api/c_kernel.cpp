@@ -65,7 +65,7 @@ TraceTimes run(KernelState& state, const std::shared_ptr<SceneState>& scene, std
   for (const auto& [input, buffer] : inputs.all) {
     if (buffer) {
       check_buffer(*buffer, *scene, 0, where.c_str(), input.name);
-      kernel.bind(input.name.text, buffer->raw());
+      kernel.bind(input.name.text, BufferPart(buffer->raw(), 0, buffer->records * buffer->record_bytes));
     } else {
       kernel.set(input.name.text, {static_cast<const std::byte*>(input.number), input.bytes});
     }

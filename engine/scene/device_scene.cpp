@@ -171,10 +171,31 @@ RayQueries& DeviceScene::rays() {
   return *rays_;
 }
 
+namespace {
+
+/// Returns the first triangle and the number of each placement.
+std::vector<glm::uvec2> places_of(const SceneInstances& all) {
+  std::vector<glm::uvec2> places;
+  std::uint32_t first = 0;
+  for (std::size_t i = 0; i < all.placements.size(); ++i) {
+    places.emplace_back(first, all.placement_labels[i].number);
+    first += std::uint32_t(all.triangles_of(all.placements[i].mesh));
+  }
+  return places;
+}
+
+}  // namespace
+
 UserKernel& DeviceScene::kernel(const UserText& text) {
   const auto found = kernels_.find(&text);
-  return found != kernels_.end() ? found->second
-                                 : kernels_.try_emplace(&text, *gpu_, tracer_->tree(), text).first->second;
+  if (found != kernels_.end() && found->second.first == features_.stored) return found->second.second;
+  kernels_.erase(&text);
+  UserTriangles triangles{
+      .defines = {{"BALLOT_HAS_INSTANCES", features_.instances()}, {"BALLOT_STORED", features_.stored}},
+      .bind = [this](Kernel& kernel) { scene_data_->bind(kernel); },
+      .places = [this] { return places_of(scene_.instances); }};
+  UserKernel made(*gpu_, tracer_->tree(), text, std::move(triangles));
+  return kernels_.try_emplace(&text, features_.stored, std::move(made)).first->second.second;
 }
 
 const Topology& DeviceScene::topology() {

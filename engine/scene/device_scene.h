@@ -378,7 +378,7 @@ class DeviceScene {
   std::unique_ptr<Batches> batches_;
   std::unique_ptr<PointQueries> points_;  // made on first use
   std::unique_ptr<RayQueries> rays_;
-  std::map<const UserText*, UserKernel> kernels_;
+  std::map<const UserText*, std::pair<bool, UserKernel>> kernels_;  // first: SceneFeatures::stored when it was made
   std::unique_ptr<Topology> topology_;
   std::unique_ptr<DevicePoser> poser_;               // made on first use
   std::vector<Triangle> spare_triangles_;            // the same of a commit

@@ -26,9 +26,11 @@
 #define BIND_CORNER_TABLE 28  // in: of each instance of a tree its first triangle, then where its corners are
 #define BIND_COLUMNS 48       // out: the first of the columns
 
-// Kernels of users (lib/called/scene.glsl): their numbers, and the first of their arrays.
-#define BIND_USER_NUMBERS 32
-#define BIND_USER_ARRAYS 33
+// Kernels of users (lib/called/scene.glsl): their numbers, the first prim and the number of each instance in ascending
+// order, and the first of their arrays.
+#define BIND_USER_NUMBERS 62
+#define BIND_USER_PLACES 63
+#define BIND_USER_ARRAYS 64
 
 // The parts of a triangle: corners 0, 1, 2, edges 0 1, 1 2, 2 0, and the inside. All but the inside have a pseudonormal
 // (engine/tree/host/pseudonormals.h), in this order.

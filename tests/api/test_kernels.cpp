@@ -86,6 +86,62 @@ TEST_F(ApiKernels, FindWhatTheBuiltInAnswersAreAndFollowTheScene) {
   expect_built_in_answers(kernel, flat);
 }
 
+TEST_F(ApiKernels, ReadCornersAndPlacesOfWhatTheyHit) {
+  const ballot::Kernel kernel(*device_, R"(
+readonly buffer Rays { Ray rays[]; };
+buffer Off { float off[]; };
+buffer Instances { uint instances[]; };
+buffer Prims { uint prims[]; };
+void main(uint index) {
+  Hit hit = nearest(rays[index]);
+  vec3 at = rays[index].origin + hit.t * rays[index].dir;
+  vec3 a = corner(hit.prim, 0u), b = corner(hit.prim, 1u), c = corner(hit.prim, 2u);
+  vec3 seen = a + hit.u * (b - a) + hit.v * (c - a);
+  uvec2 where = hit.prim == NO_HIT ? uvec2(NO_HIT) : place(hit.prim);
+  off[index] = hit.prim == NO_HIT ? 0.0 : distance(at, seen);
+  instances[index] = where.x;
+  prims[index] = where.y;
+}
+)");
+  const auto holds = [&](const ballot::Scene& scene, const char* what) {
+    SCOPED_TRACE(what);
+    const std::vector<ballot::Ray> rays = rays_down(2000);
+    std::vector<std::uint32_t> instances(rays.size()), prims(rays.size());
+    scene.trace(rays, {.prims = prims.data(), .instances = instances.data()});
+    ballot::Array<ballot::Ray> asked(*device_, rays.size());
+    ballot::Array<float> off(*device_, rays.size());
+    ballot::Array<std::uint32_t> in(*device_, rays.size()), of(*device_, rays.size());
+    asked.write(rays);
+    kernel.run(scene, rays.size(), {{"rays", asked}, {"off", off}, {"instances", in}, {"prims", of}});
+    EXPECT_EQ(different(read(in), instances), 0u);
+    EXPECT_EQ(different(read(of), prims), 0u);
+    for (const float x : read(off)) ASSERT_LT(x, 1e-5f);
+    EXPECT_GT(std::ranges::count(prims, ballot::kMiss), 100);
+  };
+  const Grid other(5, 0.5f);
+  ballot::Scene flat(*device_, {grid_.mesh(), other.mesh(), grid_.mesh()});
+  holds(flat, "flat");
+  flat.remove_instances(std::vector<std::uint32_t>{1});
+  flat.commit();
+  holds(flat, "flat, less");
+  std::vector<float> moved = grid_.positions;
+  for (std::size_t i = 2; i < moved.size(); i += 3) moved[i] = 0.3f * moved[i - 1];
+  move(flat, 2, moved);
+  holds(flat, "flat, moved");
+  const std::vector<float> places{1,    0, 0, 0.25f, 0, 1, 0, 0,    0, 0, 1, 0.2f,
+                                  0.5f, 0, 0, 0,     0, 1, 0, 0.1f, 0, 0, 1, 0.9f};
+  const std::vector<std::uint32_t> meshes{1, 0}, first{0};
+  ballot::Scene among(*device_, std::vector{grid_.mesh(), other.mesh()}, ballot::instances(places, meshes));
+  holds(among, "among");
+  std::vector<float> later = places;
+  later[3] = -0.25f;
+  place(among, later);
+  holds(among, "among, moved");
+  among.remove_instances(first);
+  among.commit();
+  holds(among, "among, less");
+}
+
 TEST_F(ApiKernels, TellWhatTheyDeclare) {
   const ballot::Kernel kernel(*device_, kEverything);
   const std::vector<ballot::InputInfo> inputs = kernel.inputs();

@@ -137,6 +137,12 @@ TEST_F(UserTexts, WrongOnesAreRefused) {
   }
 }
 
+TEST_F(UserTexts, ReadTrianglesOfWholeScenesAlone) {
+  const std::string call = "void main(uint index) { out_of[index] = corner(index, 0u).x; }";
+  EXPECT_TRUE(has(refusal(text_of(call)), "no triangles to read"));
+  EXPECT_EQ(refusal(text_of("vec3 corner(uint prim, uint which) { return vec3(prim + which); }\n" + call)), "");
+}
+
 TEST_F(UserTexts, TellWhatTheyDeclare) {
   const UserInputs all = inputs_of(*gpu_, {.text = R"(
 struct Cell { vec3 at; uint count; float sums[2]; };

@@ -6,6 +6,8 @@
 //   uint count(Ray ray)                        the triangles that the ray crosses
 //   Nearest closest(vec3 point)                the closest point of the triangles
 //   Nearest closest(vec3 point, float farthest)  the same, no farther away than that
+//   vec3 corner(uint prim, uint which)         corner 0, 1 or 2 of a triangle, where its instance has it
+//   uvec2 place(uint prim)                     the number of the instance, and of the triangle in its mesh
 //   bool accept(Hit hit)                       the user's, if he writes it: a hit that it refuses is left out by
 //                                              nearest(), any(), count() and closest()
 //   bool intersect(uint prim, Ray ray, inout Hit hit)
@@ -20,7 +22,8 @@
 //   Memory the stacks of the walks that are called, STACK_SIZE words each (closest: twice as many), and TOP_STACK_SIZE
 //          words among instances
 //
-// What is called alone is compiled: CALLS_NEAREST, CALLS_ANY, CALLS_COUNT, CALLS_CLOSEST are 1 if it is, else 0.
+// What is called alone is compiled: CALLS_NEAREST, CALLS_ANY, CALLS_COUNT, CALLS_CLOSEST, CALLS_CORNER, CALLS_PLACE are
+// 1 if it is, else 0.
 // CALLED_ACCEPT, CALLED_INTERSECT and CALLED_IS_SHAPE are defined if there is such a function of the user's.
 //
 // accept() sees every triangle that count() would count; of nearest() and closest() every one that is nearer than what
@@ -149,6 +152,32 @@ Nearest closest(vec3 point, float farthest) {
 }
 
 Nearest closest(vec3 point) { return closest(point, uintBitsToFloat(0x7F800000u)); }
+#endif
+
+#if CALLS_CORNER
+#include "../../shared/render.h"
+#include "../shade/triangles.glsl"
+
+vec3 corner(uint prim, uint which) {
+  AT_TRIANGLE(prim)
+  return vertex(prim, which);
+}
+#endif
+
+#if CALLS_PLACE
+layout(set = 0, binding = BIND_USER_PLACES, scalar) readonly buffer UserPlaces { uvec2 user_places[]; };
+
+uvec2 place(uint prim) {
+  uint lo = 0u, hi = uint(user_places.length()) - 1u;  // the last instance that begins with it or before
+  while (lo < hi) {
+    uint mid = (lo + hi + 1u) / 2u;
+    if (user_places[mid].x <= prim)
+      lo = mid;
+    else
+      hi = mid - 1u;
+  }
+  return uvec2(user_places[lo].y, prim - user_places[lo].x);
+}
 #endif
 
 #if defined(CALLED_ACCEPT) || defined(CALLED_INTERSECT)

@@ -82,6 +82,13 @@ class Kernels(unittest.TestCase):
         np.testing.assert_array_equal(cells["at"], 2 * points)
         np.testing.assert_array_equal(cells["count"], [13] * 5)
 
+    def test_lengths(self):
+        kernel = ballot.Kernel("buffer A { uint a[]; };\nvoid main(uint i) { a[i] = uint(a.length()); }")
+        for count in (1, 2, 3, 5, 70000):
+            lengths = np.zeros(count, np.uint32)
+            kernel(self.scene, count, {"a": lengths})
+            self.assertEqual(set(lengths.tolist()), {count})
+
     def test_texts(self):
         with self.assertRaisesRegex(ValueError, r"(?s)kernel k does not compile:\nERROR: a/b\.glsl:12: 'nothing'"):
             ballot.Kernel("\nvoid main(uint i) { nothing(); }", name="k", file="a/b.glsl", first_line=11)

@@ -67,8 +67,8 @@ def irradiance(watts: float = 60.0, paths: int = 1 << 18, step: int = 1) -> np.n
     sums = np.zeros((len(corners), 2), np.uint32)
     buffers = {"lamp": lamp, "albedo": albedo.mean(axis=1), "normals": normals, "sums": sums}
     ballot.Kernel(GLSL, name="irradiance")(ballot.Scene(corners), paths, buffers, paths=paths, step=step)
-    quanta: np.ndarray = sums[:, 0] + 2.0**32 * sums[:, 1]
-    return quanta / 2**20 * (watts / paths) / areas
+    quanta = sums[:, 0] + 2.0**32 * sums[:, 1]
+    return np.asarray(quanta / 2**20 * (watts / paths) / areas)
 
 
 if __name__ == "__main__":

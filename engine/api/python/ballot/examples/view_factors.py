@@ -55,7 +55,7 @@ def view_factors(corners: np.ndarray, rays: int = 10000) -> np.ndarray:
     counts = np.zeros((m, m), np.uint32)
     kernel = ballot.Kernel(GLSL, name="view factors")
     kernel(ballot.Scene(corners), m * rays, {"corners": corners, "counts": counts}, triangles=m, rays=rays)
-    return counts / rays
+    return np.asarray(counts / rays)
 
 
 def box() -> np.ndarray:
