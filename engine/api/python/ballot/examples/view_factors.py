@@ -62,7 +62,8 @@ def box() -> np.ndarray:
     """Returns the triangles (12, 3, 3) of a box of 2 x 1 x 1, which face its inside."""
     faces = np.array([[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]])
     corners = np.array([[2 * (i & 1), i >> 1 & 1, i >> 2] for i in range(8)], np.float32)
-    return corners[faces[:, [0, 2, 1, 0, 3, 2]]].reshape(-1, 3, 3)
+    triangles: np.ndarray = corners[faces[:, [0, 2, 1, 0, 3, 2]]].reshape(-1, 3, 3)
+    return triangles
 
 
 if __name__ == "__main__":
