@@ -40,7 +40,7 @@ struct PointQueries::Parts {
   QueryMasks within_masks;
   ListRooms<ProbePoint, Within> lists;
   PseudonormalArray pseudonormals;
-  PointInstances instances, whole_instances;  // of the two trees
+  PointInstances instances, whole_instances;    // of the two trees
   std::unique_ptr<Buffer<Within>> some_within;  // of a part of points on the device
 };
 

@@ -46,8 +46,8 @@ class Answers(Closable):
 
     @overload
     def trace(
-        self, rays: Array, *, count: int | None = None, out: Array | None = None, times: list[Times] | None = None,
-        **options: Unpack[HitOptions],
+        self, rays: Array, *, masks: Array | None = None, count: int | None = None, out: Array | None = None,
+        times: list[Times] | None = None, **options: Unpack[HitOptions],
     ) -> Array: ...
     @overload
     def trace(
@@ -88,9 +88,10 @@ class Answers(Closable):
         be of unit length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if t_max <= t_min,
         if a number is NaN or infinite (but t_max), or if its direction is zero.
 
-        Rays may be a ballot.Array of "rays": then hits are one of "hits", on the same device, and so is `out`. What is
-        said of t, origins, directions and masks is for rays of the host. The Times count no hits. If another interface,
-        such as CUDA, filled the rays, wait for its stream first.
+        Rays may be a ballot.Array of "rays": then hits are one of "hits", on the same device, and so is `out`, `first`
+        records of each ray one after the other. `masks` are an Array of "uint32", of each ray or of one record for all.
+        t, origins, directions and poses are for rays of the host. The Times count no hits. If another interface, such
+        as CUDA, filled the rays, wait for its stream first.
 
         Memory of results that were let go of is kept for the next ones: up to a 32nd of the machine's, at most 1 GiB.
         Other threads run meanwhile. Ctrl-C ends the call, as every call of ballot, within half a second; `out` is then
@@ -99,8 +100,8 @@ class Answers(Closable):
         """
         if isinstance(rays, Array):
             given = None if out is None else {"hits": out}
-            beside = {"origins": origins, "directions": directions, "t": t, "masks": masks, "poses": poses}
-            return self._traced(rays, ("hits",), beside, count, given, times, options)["hits"]
+            beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
+            return self._traced(rays, ("hits",), beside, masks, count, given, times, options)["hits"]
         refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
@@ -110,7 +111,7 @@ class Answers(Closable):
 
     @overload
     def trace_columns(
-        self, rays: Array, columns: Sequence[str] = ..., *, count: int | None = None,
+        self, rays: Array, columns: Sequence[str] = ..., *, masks: Array | None = None, count: int | None = None,
         out: Mapping[str, Array] | None = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
     ) -> dict[str, Array]: ...
     @overload
@@ -145,8 +146,8 @@ class Answers(Closable):
         [[0.0, 0.0, 1.0]]
         """
         if isinstance(rays, Array):
-            beside = {"origins": origins, "directions": directions, "t": t, "masks": masks, "poses": poses}
-            return self._traced(rays, columns, beside, count, out, times, options)
+            beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
+            return self._traced(rays, columns, beside, masks, count, out, times, options)
         refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
@@ -156,16 +157,16 @@ class Answers(Closable):
         return arrays
 
     def _traced(
-        self, rays: Array, columns: Sequence[str], beside: Mapping[str, Any], count: int | None,
+        self, rays: Array, columns: Sequence[str], beside: Mapping[str, Any], masks: Any, count: int | None,
         out: Mapping[str, Any] | None, times: list[Times] | None, options: Mapping[str, Any],
     ) -> dict[str, Array]:
-        asked = Asked("rays", rays, count, beside)
+        asked = Asked("rays", rays, count, beside, masks)
         return asked.answer(self._handle.trace_there, columns, out, _query.options(options, "hits"), times)
 
     @overload
     def occluded(
-        self, rays: Array, *, count: int | None = None, out: Array | None = None, times: list[Times] | None = None,
-        **options: Unpack[HitOptions],
+        self, rays: Array, *, masks: Array | None = None, count: int | None = None, out: Array | None = None,
+        times: list[Times] | None = None, **options: Unpack[HitOptions],
     ) -> Array: ...
     @overload
     def occluded(
@@ -185,8 +186,8 @@ class Answers(Closable):
         options.setdefault("any", True)
         given = None if out is None else {"occluded": out}
         if isinstance(rays, Array):
-            beside = {"origins": origins, "directions": directions, "t": t, "masks": masks, "poses": poses}
-            return self._traced(rays, ("occluded",), beside, count, given, times, options)["occluded"]
+            beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
+            return self._traced(rays, ("occluded",), beside, masks, count, given, times, options)["occluded"]
         refuse_count(count)
         return self.trace_columns(
             rays, ("occluded",), origins=origins, directions=directions, t=t, masks=masks, poses=poses,

@@ -13,6 +13,7 @@ from ._device import Device, device_or_default
 from ._errors import Error
 
 _CPU, _CUDA = 1, 2
+_NO_END = np.finfo(np.float32).max  # a t_max that bounds no ray on the device, where an infinite one is dead
 #: of each record its number in the extension, the type of its numbers, and how many there are
 _RECORDS: dict[str, tuple[int, type, int]] = {
     "rays": (0, np.float32, 8), "hits": (1, np.float32, 4), "points": (2, np.float32, 4),
@@ -106,6 +107,8 @@ class Array(Closable):
             rows = _whole(array, self.dtype)
         else:
             rows = _arrays.contiguous(_arrays.floats(array, "records", (width,)).reshape(-1, width))
+        if self._record == "rays" and np.isposinf(rows[:, 7]).any():
+            rows = np.concatenate([rows[:, :7], np.minimum(rows[:, 7:], _NO_END)], axis=1)
         self._handle.write(rows, _query.integer(first, "first", 0, 2**32))
 
     def read(self, out: Any = None, first: int = 0, count: int | None = None) -> np.ndarray:

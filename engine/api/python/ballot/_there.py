@@ -28,13 +28,16 @@ class Asked:
     kind    "rays" or "points"
     count   the first so many; None: all
     beside  arguments that say more of questions of the host, by name: not to be given
+    masks   an Array of "uint32", or None
     """
 
-    def __init__(self, kind: str, array: Array, count: int | None, beside: Mapping[str, Any]):
+    def __init__(self, kind: str, array: Array, count: int | None, beside: Mapping[str, Any], masks: Any = None):
         for name, given in beside.items():
             if given is not None:
                 raise TypeError(f"{name}: found beside {kind} in a ballot.Array, which have their own; expected None")
-        self._kind, self._array = kind, array
+        if masks is not None and not isinstance(masks, Array):
+            raise TypeError(f"masks: found {type(masks).__name__}; expected a ballot.Array of uint32, where the {kind} are")
+        self._kind, self._array, self._masks = kind, array, masks
         self._count = len(array) if count is None else _query.integer(count, "count", 0, 2**32 - 1)
 
     def answer(
@@ -43,14 +46,15 @@ class Asked:
     ) -> dict[str, Array]:
         """Returns an array on the device for each column: a new one, or that of `out`, filled by a call of the
         extension."""
-        arrays = self._arrays(columns, dict(out or {}))
+        arrays = self._arrays(columns, dict(out or {}), self._count * options[0].get("first", 1))
         to = {name: array._handle for name, array in arrays.items()}
-        spent = ask(self._array._handle, self._count, to, *options)
+        words = None if self._masks is None else self._masks._handle
+        spent = ask(self._array._handle, self._count, to, *options, words)
         if times is not None:
             times.append(Times(*spent))
         return arrays
 
-    def _arrays(self, columns: Sequence[str], given: dict[str, Any]) -> dict[str, Array]:
+    def _arrays(self, columns: Sequence[str], given: dict[str, Any], count: int) -> dict[str, Array]:
         known = _COLUMNS[self._kind]
         for name in columns:
             if name not in known:
@@ -63,7 +67,7 @@ class Asked:
                 raise ValueError(f"out: it has {name!r}, which is not among the columns")
         of = self._array
         return {
-            name: given[name] if name in given else Array(known[name], self._count, of.device, of.exported)
+            name: given[name] if name in given else Array(known[name], count, of.device, of.exported)
             for name in columns
         }
 
