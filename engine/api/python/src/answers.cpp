@@ -171,7 +171,8 @@ Objects answered_there(const SceneObject& self, const ArrayObject& asked, std::u
       });
 }
 
-/// Lists what is found for questions on the device, to arrays of which some may be None. Returns (number of all, times).
+/// Lists what is found for questions on the device, to arrays of which some may be None. Returns (number of all,
+/// times).
 Objects list_there(const SceneObject& self, const ArrayObject& asked, std::uint64_t count, const ArrayObject* counts,
                    const ArrayObject* offsets, const ArrayObject* hits, const ObjectDict& options, nb::object progress,
                    const ArrayObject* masks) {
