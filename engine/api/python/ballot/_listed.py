@@ -34,9 +34,9 @@ def _list(
 ) -> int:  # fmt: skip
     if masks is not None and not isinstance(masks, Array):
         raise TypeError(f"masks: found {type(masks).__name__}; expected a ballot.Array of uint32, where the rays are")
-    handles = [None if a is None else a._handle for a in arrays]
+    counts, offsets, hits = (None if a is None else a._handle for a in arrays)
     words = None if masks is None else masks._handle
-    total, spent = scene.list_there(asked._handle, number, *handles, dict(options), progress, words)
+    total, spent = scene.list_there(asked._handle, number, counts, offsets, hits, dict(options), progress, words)
     if times is not None:
         times.append(Times(*spent))
     return int(total)
