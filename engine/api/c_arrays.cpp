@@ -62,8 +62,8 @@ class DeviceJob : public JobState {
   std::uint64_t submission_ = 0;
 };
 
-/// Checks the arguments of a trace of arrays on the device, and runs trace(ArrayTrace, options) while it holds that by a
-/// DeviceHold or DeviceUse.
+/// Checks the arguments of a trace of arrays on the device, and runs trace(ArrayTrace, options) while it holds that by
+/// a DeviceHold or DeviceUse.
 template <class Hold, class Trace>
 void with_arrays(SceneState& scene, BallotBuffer* rays, std::uint64_t count, std::span<const BallotOutput> outputs,
                  const BallotQuery* query, const Kind& kind, const Trace& trace) {

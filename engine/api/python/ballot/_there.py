@@ -36,7 +36,8 @@ class Asked:
             if given is not None:
                 raise TypeError(f"{name}: found beside {kind} in a ballot.Array, which have their own; expected None")
         if masks is not None and not isinstance(masks, Array):
-            raise TypeError(f"masks: found {type(masks).__name__}; expected a ballot.Array of uint32, where the {kind} are")
+            found = type(masks).__name__
+            raise TypeError(f"masks: found {found}; expected a ballot.Array of uint32, where the {kind} are")
         self._kind, self._array, self._masks = kind, array, masks
         self._count = len(array) if count is None else _query.integer(count, "count", 0, 2**32 - 1)
 

@@ -128,7 +128,8 @@ class Arrays(unittest.TestCase):
         np.testing.assert_array_equal(offsets.read(), want.offsets)
         np.testing.assert_array_equal(hits.read(), want.hits)
             for options in ({"first": 3}, {"cull": "back"}, {"any": True, "alpha": True}):
-                there, want = self.scene.trace(rays, masks=given, **options), self.scene.trace(self.rays, masks=here, **options)
+                there = self.scene.trace(rays, masks=given, **options)
+                want = self.scene.trace(self.rays, masks=here, **options)
                 np.testing.assert_array_equal(there.read(), want.reshape(-1))
                 columns = self.scene.trace_columns(rays, ("t", "uvs"), masks=given, **options)
                 np.testing.assert_array_equal(columns["t"].read(), want["t"].reshape(-1))
