@@ -21,8 +21,9 @@
  *           answers. ballot_scene_error() and the like return the text of the handle's last failed call;
  *           ballot_last_error() that of the calling thread. No C++ exception leaves the library.
  * Handles   A handle that was closed or never opened is refused with BALLOT_ERROR_CLOSED, and so is a handle of the
- *           parent in a forked child (BALLOT_ERROR_FORKED): open a device in each process. A scene, buffer, kernel or
- *           job keeps its device alive, so they may be closed in any order. Closing NULL does nothing.
+ *           parent in a forked child (BALLOT_ERROR_FORKED): open a device in each process. Such a child ends
+ *           without exit handlers that were registered before. A scene, buffer, kernel or job keeps its device alive,
+ *           so they may be closed in any order. Closing NULL does nothing.
  * Threads   Every function may be called from any thread. Calls on one device, its scenes and its buffers run one after
  *           another. Devices are independent of each other: give each thread a device of its own to trace at once.
  * Callbacks Functions that a call is given, as BallotQuery::progress, must not call the device that the call is on:
@@ -244,6 +245,10 @@ BALLOT_API BallotStatus ballot_buffer_fd(BallotBuffer* buffer, int* fd, uint64_t
  * destroyed. Needs libcuda.so.1. Calls of this library wait for the device before they return; before a call that uses
  * the buffer, wait for your own stream. */
 BALLOT_API BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* address, int* cuda_device);
+/* Copies records from CUDA's memory on the same GPU, where they lie side by side, to [first, first + count) of an
+ * exported buffer. The host sees none. Work of other streams that writes them must have ended. */
+BALLOT_API BallotStatus ballot_buffer_write_cuda(BallotBuffer* buffer, uint64_t first, uint64_t address,
+                                                 uint64_t count);
 /* Returns the text of the array's last failed call. */
 BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 

@@ -88,6 +88,10 @@ class Array {
   void read(std::span<T> records, std::size_t first = 0) const {
     check(ballot_buffer_read(handle_.get(), first, records.data(), records.size()));
   }
+  /// Copies `count` records from CUDA's memory on the same GPU, where they lie side by side; the array is exported.
+  void write_cuda(std::uint64_t address, std::size_t count, std::size_t first = 0) {
+    check(ballot_buffer_write_cuda(handle_.get(), first, address, count));
+  }
   /// Returns the address in CUDA's primary context of the same GPU, valid as long as this array. Calls of Ballot wait
   /// for the device before they return; wait for your own stream before a call that uses the array.
   std::uint64_t cuda_address() const {

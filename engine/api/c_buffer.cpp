@@ -47,6 +47,12 @@ void check_range(const BufferState& buffer, std::uint64_t first, std::uint64_t c
                   fmt::format("{}: {} records from number {}, but it has {}", call, count, first, buffer.records));
 }
 
+/// Returns the memory of a buffer in CUDA's address space, where it is mapped at the first call.
+const CudaMemory& cuda_of(BufferState& buffer) {
+  if (!buffer.cuda) buffer.cuda = std::make_unique<CudaMemory>(buffer.raw(), buffer.device->gpu->info().uuid);
+  return *buffer.cuda;
+}
+
 }  // namespace
 }  // namespace ballot::api
 
@@ -109,8 +115,17 @@ BallotStatus ballot_buffer_cuda(BallotBuffer* buffer, uint64_t* address, int* cu
     need(address, "ballot_buffer_cuda", "address");
     need(cuda_device, "ballot_buffer_cuda", "cuda_device");
     const DeviceHold hold(*state->device);
-    if (!state->cuda) state->cuda = std::make_unique<CudaMemory>(state->raw(), state->device->gpu->info().uuid);
-    *address = state->cuda->address();
-    *cuda_device = state->cuda->device();
+    const CudaMemory& cuda = cuda_of(*state);
+    *address = cuda.address();
+    *cuda_device = cuda.device();
+  });
+}
+
+BallotStatus ballot_buffer_write_cuda(BallotBuffer* buffer, uint64_t first, uint64_t address, uint64_t count) {
+  return guarded_use(buffer, [&](const std::shared_ptr<BufferState>& state) {
+    check_range(*state, first, count, reinterpret_cast<const void*>(address), "array");
+    const DeviceHold hold(*state->device);
+    const std::size_t record = state->record_bytes;
+    cuda_of(*state).copy_from(address, first * record, count * record);
   });
 }

@@ -52,6 +52,8 @@ struct Driver {
   CuResult (*map)(unsigned long long*, void*, const CuBufferDesc*) = nullptr;
   CuResult (*free)(unsigned long long) = nullptr;
   CuResult (*destroy)(void*) = nullptr;
+  CuResult (*copy)(unsigned long long, unsigned long long, std::size_t) = nullptr;
+  CuResult (*synchronize)(void*) = nullptr;
   CuResult (*error_name)(CuResult, const char**) = nullptr;
 };
 
@@ -79,6 +81,8 @@ const Driver& driver() {
     load(library, "cuExternalMemoryGetMappedBuffer", d.map);
     load(library, "cuMemFree_v2", d.free);
     load(library, "cuDestroyExternalMemory", d.destroy);
+    load(library, "cuMemcpyDtoD_v2", d.copy);
+    load(library, "cuStreamSynchronize", d.synchronize);
     load(library, "cuGetErrorName", d.error_name);
     return d;
   }();
@@ -143,6 +147,13 @@ CudaMemory::CudaMemory(const RawBuffer& buffer, const std::uint8_t* uuid) : devi
     driver().release(device_);
     throw;
   }
+}
+
+void CudaMemory::copy_from(std::uint64_t address, std::uint64_t offset, std::uint64_t bytes) const {
+  if (bytes == 0) return;
+  const Current current(context_);
+  check(driver().copy(address_ + offset, address, bytes), "cuMemcpyDtoD");
+  check(driver().synchronize(nullptr), "cuStreamSynchronize");
 }
 
 CudaMemory::~CudaMemory() {

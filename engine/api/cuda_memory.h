@@ -21,6 +21,9 @@ class CudaMemory {
   CudaMemory& operator=(const CudaMemory&) = delete;
 
   std::uint64_t address() const { return address_; }
+  /// Copies `bytes` from CUDA's memory on this GPU to `offset` of the buffer, on the device, and waits. Throws
+  /// Error(Work) if CUDA cannot.
+  void copy_from(std::uint64_t address, std::uint64_t offset, std::uint64_t bytes) const;
   int device() const { return device_; }
 
  private:

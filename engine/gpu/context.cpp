@@ -1,7 +1,10 @@
 #include "engine/gpu/context.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <utility>
@@ -14,6 +17,23 @@
 namespace ballot {
 
 namespace {
+
+/// Has a child of fork() that opens devices, as its parent did, end before the driver does. Mesa would join threads by
+/// handles of the parent's, which may be those of other threads here by now, and wait for ever.
+void end_before_the_driver() {
+  static const pid_t first = getpid();  // in which the driver was loaded
+  static pid_t told = first;
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (std::exchange(told, getpid()) == getpid()) return;
+  on_exit(
+      [](int status, void* opened_in) {
+        if (pid_t(reinterpret_cast<std::intptr_t>(opened_in)) != getpid()) return;
+        std::fflush(nullptr);
+        _exit(status);
+      },
+      reinterpret_cast<void*>(std::intptr_t(getpid())));
+}
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
@@ -113,6 +133,7 @@ VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* me
   }
   create.enabledExtensionCount = std::uint32_t(extensions.size());
   create.ppEnabledExtensionNames = extensions.data();
+  end_before_the_driver();
   VkInstance instance = VK_NULL_HANDLE;
   const VkResult result = vulkan_loader().CreateInstance(&create, nullptr, &instance);
   if (result != VK_SUCCESS)

@@ -46,8 +46,8 @@ TEST_F(UserTexts, MayHaveAnyNames) {
 #define larger(a) (2.0 * a)
 struct Walker { float best; };  /* void main(uint nothing) */
 const float FIRST = 1.0, square = FIRST * max(1.0, 0.5);
-uint stack[4], top = 3u, node, push;
-shared float world[64];
+uint stack[4], top = 3u, node = 0u, push = 0u;
+shared float world[1024];
 float smaller(float a, float b) { return a < b ? a : b; }
 bool meets(Walker w, float entry) { return w.best > entry; }
 float enter_instance;

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 
 from . import _arrays, _ballot, _listed, _query, _sources
-from ._array import Array
+from ._array import Array, there
 from ._arrays import HIT
 from ._closable import Closable
+from ._device import Device
 from ._door import HIT_COLUMNS, POINT_COLUMNS, CrossingOptions, HitOptions, PointOptions, Times, documented
 from ._job import Job
 from ._listed import DeviceLists
@@ -43,6 +44,7 @@ class Answers(Closable):
     """The part of a Scene that answers questions."""
 
     _handle: _ballot.Scene
+    _device: Device | None
 
     @overload
     def trace(
@@ -88,20 +90,20 @@ class Answers(Closable):
         be of unit length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if t_max <= t_min,
         if a number is NaN or infinite (but t_max), or if its direction is zero.
 
-        Rays may be a ballot.Array of "rays": then hits are one of "hits", on the same device, and so is `out`, `first`
-        records of each ray one after the other. `masks` are an Array of "uint32", of each ray or of one record for all.
-        t, origins, directions and poses are for rays of the host. The Times count no hits. If another interface, such
-        as CUDA, filled the rays, wait for its stream first.
+        Rays may be a ballot.Array: then hits are one of "hits", on the same device, and so is `out`, `first` records of
+        each ray one after the other; `masks` one of "uint32", of each ray or one record for all; t, origins, directions
+        and poses are for rays of the host, and Times count no hits. Wait for the stream that filled the rays. Float32
+        (n, 8) of CUDA's (torch, cupy, Warp) is copied to such an Array there; so is (n, 4) where points are asked for.
 
         Memory of results that were let go of is kept for the next ones: up to a 32nd of the machine's, at most 1 GiB.
         Other threads run meanwhile. Ctrl-C ends the call, as every call of ballot, within half a second; `out` is then
         half-written, perhaps for some time yet.
         Raises TypeError and ValueError for wrong arguments, before anything is written.
         """
-        if isinstance(rays, Array):
+        if on := there(rays, "rays", self._device):
             given = None if out is None else {"hits": out}
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return self._traced(rays, ("hits",), beside, masks, count, given, times, options)["hits"]
+            return self._traced(on, ("hits",), beside, masks, count, given, times, options)["hits"]
         refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
@@ -124,8 +126,8 @@ class Answers(Closable):
     def trace_columns(
         self, rays: Any = None, columns: Sequence[str] = ("t", "prims", "mesh_ids", "uvs", "normals"), *,
         origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None, poses: Any = None,
-        count: int | None = None,
-        out: Mapping[str, Any] | None = None, times: list[Times] | None = None, **options: Unpack[HitOptions],
+        count: int | None = None, out: Mapping[str, Any] | None = None, times: list[Times] | None = None,
+        **options: Unpack[HitOptions],
     ) -> Any:
         """Traces rays and returns an array for each column that is asked for. Arguments as trace(), and
 
@@ -145,9 +147,9 @@ class Answers(Closable):
         >>> there["normals"].read().tolist()
         [[0.0, 0.0, 1.0]]
         """
-        if isinstance(rays, Array):
+        if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return self._traced(rays, columns, beside, masks, count, out, times, options)
+            return self._traced(on, columns, beside, masks, count, out, times, options)
         refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         asked, progress = _query.options(options, "hits")
@@ -185,9 +187,9 @@ class Answers(Closable):
         """
         options.setdefault("any", True)
         given = None if out is None else {"occluded": out}
-        if isinstance(rays, Array):
+        if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return self._traced(rays, ("occluded",), beside, masks, count, given, times, options)["occluded"]
+            return self._traced(on, ("occluded",), beside, masks, count, given, times, options)["occluded"]
         refuse_count(count)
         return self.trace_columns(
             rays, ("occluded",), origins=origins, directions=directions, t=t, masks=masks, poses=poses,
@@ -256,9 +258,9 @@ class Answers(Closable):
         >>> scene.nearest([[0.25, 0.25, 2]])["distances"].tolist()
         [2.0]
         """
-        if isinstance(points, Array):
-            there = Asked("points", points, count, {"limit": limit, "masks": masks})
-            return there.answer(self._handle.nearest_there, columns, out, _query.options(options, "points"), times)
+        if on := there(points, "points", self._device):
+            given = Asked("points", on, count, {"limit": limit, "masks": masks})
+            return given.answer(self._handle.nearest_there, columns, out, _query.options(options, "points"), times)
         refuse_count(count)
         source = _sources.points(points, limit, masks)
         asked, progress = _query.options(options, "points")
@@ -295,9 +297,9 @@ class Answers(Closable):
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
-        if isinstance(points, Array):
+        if on := there(points, "points", self._device):
             told = _query.progress_function(progress)
-            return _listed.lists(self._handle, points, None, {"radius": radius}, masks, {}, told, times)
+            return _listed.lists(self._handle, on, None, {"radius": radius}, masks, {}, told, times)
         source = _sources.points(points, radius, masks, least=True)
         return self._list(source, True, True, {}, _query.progress_function(progress), times)
 
@@ -330,9 +332,9 @@ class Answers(Closable):
         [1, 0]
         """
         asked, progress = _query.options(options, "crossings")
-        if isinstance(rays, Array):
+        if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return _listed.counts(self._handle, rays, None, beside, masks, asked, progress, times)
+            return _listed.counts(self._handle, on, None, beside, masks, asked, progress, times)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         return self._list(source, False, False, asked, progress, times).counts
 
@@ -360,16 +362,15 @@ class Answers(Closable):
         ([1, 0], [2.0])
         """
         asked, progress = _query.options(options, "crossings")
-        if isinstance(rays, Array):
+        if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return _listed.lists(self._handle, rays, None, beside, masks, asked, progress, times)
+            return _listed.lists(self._handle, on, None, beside, masks, asked, progress, times)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         return self._list(source, False, True, asked, progress, times)
 
     def compact(self, hits: Array, *, first: int = 1, count: int | None = None) -> tuple[Array, Array, int]:
         """Leaves the misses of an Array of "hits" out. Returns (hits, rays, number): Arrays of "hits" and "uint32" with
-        those alone, one after the other, the number of each one's ray, and how many there are; the Arrays are as long
-        as all hits, and what lies behind is unspecified.
+        those alone, the number of each one's ray, and how many there are; what lies behind them is unspecified.
 
         first  hits of a ray, as trace() was asked for
         count  the first so many hits are looked at; None: all

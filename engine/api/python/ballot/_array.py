@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,24 @@ _RECORDS: dict[str, tuple[int, type, int]] = {
     "transforms": (9, np.float32, 12), "uint8": (8, np.uint8, 1), "int64": (10, np.int64, 1),
     "distances": (4, np.float32, 1), "inside": (5, np.uint32, 1),
 }  # fmt: skip
+
+
+def is_on_device(given: Any) -> bool:
+    """Returns whether an array is CUDA's, or a ballot.Array that CUDA can read."""
+    return hasattr(given, "__cuda_array_interface__")
+
+
+def there(given: Any, record: str, device: Device | None) -> Array | None:
+    """Returns an Array as it is, and an array of CUDA's as a copy on the device that holds records; None: it is the
+    host's."""
+    if isinstance(given, Array):
+        return given
+    if not is_on_device(given):
+        return None
+    shape = tuple(given.__cuda_array_interface__["shape"])
+    made = Array(record, max(1, shape[0] if shape else 1), device, True)
+    made.write(given)
+    return made
 
 
 class Array(Closable):
@@ -92,9 +111,13 @@ class Array(Closable):
         return self._count
 
     def write(self, records: Any, first: int = 0) -> None:
-        """Copies records from the host to number `first` on. Rays have 8 numbers, of Scene.trace()'s types; points of 3
-        numbers have no limit."""
+        """Copies records to number `first` on. Rays have 8 numbers, of Scene.trace()'s types; points of 3 numbers have
+        no limit. An array of CUDA's (__cuda_array_interface__: torch, cupy, Warp) of this dtype and as many numbers a
+        record, contiguous, is copied on the device; its own stream is to be waited for before."""
         width = _RECORDS[self._record][2]
+        if is_on_device(records):
+            self._write_cuda(records.__cuda_array_interface__, width, first)
+            return
         if self._record == "rays":
             array = _arrays.as_rows(records)
         elif self._record == "hits" and getattr(records, "dtype", None) == HIT:
@@ -110,6 +133,17 @@ class Array(Closable):
         if self._record == "rays" and np.isposinf(rows[:, 7]).any():
             rows = np.concatenate([rows[:, :7], np.minimum(rows[:, 7:], _NO_END)], axis=1)
         self._handle.write(rows, _query.integer(first, "first", 0, 2**32))
+
+    def _write_cuda(self, given: dict[str, Any], width: int, first: int) -> None:
+        shape, kind = tuple(given["shape"]), np.dtype(given["typestr"])
+        numbers = math.prod(shape)
+        steps = [math.prod(shape[k + 1 :]) * kind.itemsize for k in range(len(shape))]
+        whole = given.get("strides") is None or list(given["strides"]) == steps
+        if kind != self.dtype or numbers % width or (width > 1 and math.prod(shape[1:]) != width) or not whole:
+            expected = f"{self.dtype}, contiguous, (n, {width})" if width > 1 else f"{self.dtype}, contiguous, (n,)"
+            raise ValueError(f"records: found {kind} of shape {shape} on CUDA; expected {expected}")
+        begin = _query.integer(first, "first", 0, 2**32)
+        self._handle.write_cuda(given["data"][0], numbers // width, begin)
 
     def read(self, out: Any = None, first: int = 0, count: int | None = None) -> np.ndarray:
         """Copies records [first, first + count) to the host: hits as HIT of shape (count,), others in its dtype.

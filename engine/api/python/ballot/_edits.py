@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from . import _arrays, _ballot, _mesh, _query, _scene_arguments
-from ._array import Array
+from ._array import Array, there
+from ._device import Device
 from ._door import InstanceInfo, MeshInfo
 from ._mesh import Mesh
 
@@ -23,6 +24,7 @@ class Edits:
     """
 
     _handle: _ballot.Scene
+    _device: Device | None
     _own: dict[int, Mesh | None]  # what meshes were made of, by number; None: a file
     _moved: set[int]  # the meshes of a file that have moved
     _next: list[int]  # the numbers of meshes and instances that come next
@@ -94,10 +96,10 @@ class Edits:
         anew. commit() raises ValueError if a coordinate is not finite.
         """
         number = _query.integer(mesh, "mesh", 0, _MOST)
-        if isinstance(vertices, Array):
-            self._handle.set_vertex_array(number, vertices._handle)
+        if on := there(vertices, "vertices", self._device):
+            self._handle.set_vertex_array(number, on._handle)
             self._edited = True
-            self._held[number] = vertices
+            self._held[number] = on
             return
         known = self._changed.get(number) or self._own.get(number)
         positions = _mesh.positions(vertices, f"mesh {number}: vertices", known is None or known.indices is None)
@@ -137,12 +139,12 @@ class Edits:
         A mesh that lay in one tree with others gets its own. The trees of the meshes stay, the one over the instances
         moves. commit() raises ValueError if a matrix is refused.
         """
-        if isinstance(transforms, Array):
+        if on := there(transforms, "transforms", self._device):
             if instances is not None:
                 raise TypeError("instances: found beside an Array of transforms, which are of all; expected None")
-            self._handle.set_transform_array(transforms._handle)
+            self._handle.set_transform_array(on._handle)
             self._edited = True
-            self._held["transforms"] = transforms
+            self._held["transforms"] = on
             return
         which = None if instances is None else _mesh.numbers(instances, "instances")
         if instances is not None and np.ndim(instances) == 0:

@@ -34,6 +34,13 @@ void write(const ArrayObject& self, const ConstRows& records, std::uint64_t firs
   });
 }
 
+void write_cuda(const ArrayObject& self, std::uint64_t address, std::uint64_t count, std::uint64_t first) {
+  watched(self.use(), nb::none(), [=](const Buffer& b, Watch&) {
+    check(ballot_buffer_write_cuda(b.get(), first, address, count));
+    return true;
+  });
+}
+
 void read(const ArrayObject& self, const Rows& records, std::uint64_t first) {
   check_width(self, records);
   watched(self.use(), nb::none(), [=](const Buffer& b, Watch&) {
@@ -97,6 +104,7 @@ void bind_arrays(nb::module_& m) {
            nb::sig("def write(self, records: numpy.typing.NDArray[typing.Any], first: int) -> None"))
       .def("read", &read, nb::arg("records").noconvert(), nb::arg("first"),
            nb::sig("def read(self, records: numpy.typing.NDArray[typing.Any], first: int) -> None"))
+      .def("write_cuda", &write_cuda, nb::arg("address"), nb::arg("count"), nb::arg("first"))
       .def("host", &host, nb::sig("def host(self) -> numpy.typing.NDArray[typing.Any] | None"))
       .def("cuda", &cuda)
       .def("cuda_view", &cuda_view, nb::sig("def cuda_view(self) -> typing.Any"))

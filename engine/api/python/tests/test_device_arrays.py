@@ -119,6 +119,12 @@ class Arrays(unittest.TestCase):
                 np.testing.assert_array_equal(counts.read(), want.counts)
                 np.testing.assert_array_equal(offsets.read(), want.offsets)
                 np.testing.assert_array_equal(hits.read(), want.hits)
+            for options in ({"first": 3}, {"cull": "back"}, {"any": True, "alpha": True}):
+                there = self.scene.trace(rays, masks=given, **options)
+                want = self.scene.trace(self.rays, masks=here, **options)
+                np.testing.assert_array_equal(there.read(), want.reshape(-1))
+                columns = self.scene.trace_columns(rays, ("t", "uvs"), masks=given, **options)
+                np.testing.assert_array_equal(columns["t"].read(), want["t"].reshape(-1))
         np.testing.assert_array_equal(self.scene.count_crossings(rays).read(), self.scene.count_crossings(self.rays))
         points = ballot.Array("points", 500)
         points.write(np.c_[self.rays[:, :3] * 0.2, np.full(500, 0.3, np.float32)])
@@ -127,12 +133,6 @@ class Arrays(unittest.TestCase):
         np.testing.assert_array_equal(counts.read(), want.counts)
         np.testing.assert_array_equal(offsets.read(), want.offsets)
         np.testing.assert_array_equal(hits.read(), want.hits)
-            for options in ({"first": 3}, {"cull": "back"}, {"any": True, "alpha": True}):
-                there = self.scene.trace(rays, masks=given, **options)
-                want = self.scene.trace(self.rays, masks=here, **options)
-                np.testing.assert_array_equal(there.read(), want.reshape(-1))
-                columns = self.scene.trace_columns(rays, ("t", "uvs"), masks=given, **options)
-                np.testing.assert_array_equal(columns["t"].read(), want["t"].reshape(-1))
         found = ballot.Array("hits", 500)
         found.write(self.hits)
         alone, numbers, number = self.scene.compact(found)
@@ -269,7 +269,8 @@ class Arrays(unittest.TestCase):
             (ValueError, "500 records; expected 501", lambda: self.scene.trace(rays, out=hits, count=501)),
             (ValueError, "count is -1", lambda: self.scene.trace(rays, count=-1)),
             (ValueError, "no-such", lambda: self.scene.trace(rays, method="no-such")),
-            (ValueError, "masks|first", lambda: self.scene.trace(rays, first=2)),
+            (ValueError, "500 records; expected 1000", lambda: self.scene.trace(rays, first=2, out=hits)),
+            (TypeError, "masks: found list", lambda: self.scene.trace(rays, masks=[1])),
             (TypeError, "t: found beside rays", lambda: self.scene.occluded(rays, t=(0, 1))),
             (TypeError, r"out\['hits'\]: found ndarray", lambda: self.scene.trace(rays, out=self.hits)),
             (ValueError, "columns: found 'distances'", lambda: self.scene.trace_columns(rays, ("distances",))),
