@@ -58,7 +58,6 @@ except ImportError as error:  # a library of the system is not there
     ) from error
 
 from . import trimesh_ray
-from ._answers import Lists
 from ._array import Array
 from ._arrays import HIT, MISS, RAY
 from ._ballot import commit, names, version
@@ -70,7 +69,7 @@ from ._door import Code, DeviceInfo, InputInfo, InstanceInfo, MeshInfo, SceneInf
 from ._errors import Error, PrecisionWarning
 from ._job import Job
 from ._kernel import Kernel
-from ._listed import DeviceLists
+from ._listed import DeviceLists, Lists
 from ._load import load_scene
 from ._patterns import Grid, Pattern, frames, grid, hemisphere, lidar
 from ._picture import Picture, render

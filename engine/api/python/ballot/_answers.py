@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -14,25 +14,11 @@ from ._closable import Closable
 from ._device import Device
 from ._door import HIT_COLUMNS, POINT_COLUMNS, CrossingOptions, HitOptions, PointOptions, Times, documented
 from ._job import Job
-from ._listed import DeviceLists
+from ._listed import DeviceLists, Lists
 from ._there import Asked, refuse_count
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
-
-class Lists(NamedTuple):
-    """A list of triangles for each question."""
-
-    #: how many each has: int64 of the questions' shape
-    counts: np.ndarray
-    #: those of all questions one after the other: HIT of shape (sum of counts,)
-    hits: np.ndarray
-
-    @property
-    def offsets(self) -> np.ndarray:
-        """Where each list begins in hits, then their number: int64 of shape (questions + 1,)."""
-        return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.counts, dtype=np.int64)])
 
 
 def _told(times: list[Times] | None, spent: Any) -> None:
@@ -182,8 +168,8 @@ class Answers(Closable):
     ) -> Any:
         """Returns True for each ray that hits something between its t_min and t_max: bool of shape (...).
 
-        Arguments as trace(); `out` is bool or uint8. Of rays in a ballot.Array they are ballot.Arrays: "uint8", or
-        "uint32". A query for some hit is often several times as fast as one for the nearest.
+        Arguments as trace(); `out` is bool or uint8, of rays in a ballot.Array one of "uint8" or "uint32". Some hit is
+        often found several times as fast as the nearest.
         """
         options.setdefault("any", True)
         given = None if out is None else {"occluded": out}
@@ -305,8 +291,8 @@ class Answers(Closable):
 
     @overload
     def count_crossings(
-        self, rays: Array, *, masks: Array | None = None, times: list[Times] | None = None,
-        **options: Unpack[CrossingOptions],
+        self, rays: Array, *, masks: Array | None = None, count: int | None = None,
+        times: list[Times] | None = None, **options: Unpack[CrossingOptions],
     ) -> Array: ...
     @overload
     def count_crossings(
@@ -316,7 +302,8 @@ class Answers(Closable):
     @documented
     def count_crossings(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
-        poses: Any = None, times: list[Times] | None = None, **options: Unpack[CrossingOptions],
+        poses: Any = None, count: int | None = None, times: list[Times] | None = None,
+        **options: Unpack[CrossingOptions],
     ) -> Any:
         """Returns how many triangles each ray crosses: int64 of shape (...). Rays, origins, directions, t, masks,
         poses as trace(). Of rays in a ballot.Array it is an Array of "uint32" there; masks are one too, of each ray or
@@ -334,14 +321,15 @@ class Answers(Closable):
         asked, progress = _query.options(options, "crossings")
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return _listed.counts(self._handle, on, None, beside, masks, asked, progress, times)
+            return _listed.counts(self._handle, on, count, beside, masks, asked, progress, times)
+        refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         return self._list(source, False, False, asked, progress, times).counts
 
     @overload
     def crossings(
-        self, rays: Array, *, masks: Array | None = None, times: list[Times] | None = None,
-        **options: Unpack[CrossingOptions],
+        self, rays: Array, *, masks: Array | None = None, count: int | None = None,
+        times: list[Times] | None = None, **options: Unpack[CrossingOptions],
     ) -> DeviceLists: ...
     @overload
     def crossings(
@@ -350,7 +338,8 @@ class Answers(Closable):
     ) -> Lists: ...
     def crossings(
         self, rays: Any = None, *, origins: Any = None, directions: Any = None, t: Any = None, masks: Any = None,
-        poses: Any = None, times: list[Times] | None = None, **options: Unpack[CrossingOptions],
+        poses: Any = None, count: int | None = None, times: list[Times] | None = None,
+        **options: Unpack[CrossingOptions],
     ) -> Any:
         """Finds all triangles that each ray crosses, or the `first` of each. Returns Lists (counts, hits): each ray's
         in the order of t, at equal t of prim. Arguments as count_crossings(). Of rays in a ballot.Array they are
@@ -364,7 +353,8 @@ class Answers(Closable):
         asked, progress = _query.options(options, "crossings")
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return _listed.lists(self._handle, on, None, beside, masks, asked, progress, times)
+            return _listed.lists(self._handle, on, count, beside, masks, asked, progress, times)
+        refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, masks, poses)
         return self._list(source, False, True, asked, progress, times)
 

@@ -1,13 +1,29 @@
-"""Lists of questions on the device."""
+"""Lists of questions, and those of questions on the device."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from . import _ballot, _query
 from ._array import Array
 from ._door import Times
+
+
+class Lists(NamedTuple):
+    """A list of triangles for each question."""
+
+    #: how many each has: int64 of the questions' shape
+    counts: np.ndarray
+    #: those of all questions one after the other: HIT of shape (sum of counts,)
+    hits: np.ndarray
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """Where each list begins in hits, then their number: int64 of shape (questions + 1,)."""
+        return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.counts, dtype=np.int64)])
 
 
 class DeviceLists(NamedTuple):
