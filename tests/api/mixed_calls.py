@@ -64,8 +64,33 @@ def read(arrays: dict) -> dict:
     return {name: array.read() for name, array in arrays.items()}
 
 
+KERNEL = """
+readonly buffer Rays { Ray rays[]; };
+buffer Hits { Hit hits[]; };
+void main(uint index) { hits[index] = nearest(rays[index]); }
+"""
+
+
+def by_kernel(kernel, scene, rays) -> np.ndarray:
+    hits = np.zeros(len(rays), ballot.HIT)
+    kernel(scene, len(rays), {"rays": np.minimum(rays, np.float32(3e38)), "hits": hits})
+    return hits
+
+
+def of_lists(lists) -> list:
+    """Returns what the arrays of lists on the device hold."""
+    return [array.read() for array in lists if array is not None]
+
+
+def alone(scene, hits) -> list:
+    """Returns the hits of an array that are no misses, with their rays."""
+    found, rays, number = scene.compact(hits)
+    return [found.read(count=number), rays.read(count=number)]
+
+
 def ray_calls(device, scene, rays) -> dict:
     """Returns calls that ask about rays (n, 6)."""
+    kernel, records = ballot.Kernel(KERNEL, device=device), scene_rays(rays)
     at, to, wide = rays[:, :3], rays[:, 3:], rays.astype(np.float64)
     masks = np.arange(len(rays), dtype=np.uint32) % 4
     strided = np.repeat(rays, 2, axis=0)[::2]
@@ -82,8 +107,16 @@ def ray_calls(device, scene, rays) -> dict:
         "occluded": lambda: scene.occluded(rays),
         "occluded by columns": lambda: scene.occluded(origins=at, directions=to, t=(0, 2)),
         "submit": lambda: scene.submit(rays).wait(),
-        "arrays": lambda: scene.trace(there(device, "rays", scene_rays(rays))).read(),
-        "arrays, columns": lambda: read(scene.trace_columns(there(device, "rays", scene_rays(rays)), COLUMNS)),
+        "arrays": lambda: scene.trace(there(device, "rays", records)).read(),
+        "arrays, columns": lambda: read(scene.trace_columns(there(device, "rays", records), COLUMNS)),
+        "arrays, first by masks": lambda: scene.trace(
+            there(device, "rays", records), first=2, masks=there(device, "uint32", masks)
+        ).read(),
+        "arrays, counts": lambda: scene.count_crossings(there(device, "rays", records)).read(),
+        "arrays, lists": lambda: of_lists(scene.crossings(there(device, "rays", records))),
+        "arrays, hits alone": lambda: alone(scene, scene.trace(there(device, "rays", records))),
+        "poses": lambda: scene.trace(ballot.Pattern(to[:90], at[0]), poses=placed(0, 0.5, 1)),
+        "kernel": lambda: by_kernel(kernel, scene, records),
         "counts": lambda: scene.count_crossings(rays),
         "counts by masks": lambda: scene.count_crossings(rays, masks=masks, cull="back"),
         "crossings": lambda: scene.crossings(rays),
@@ -105,6 +138,9 @@ def point_calls(device, scene, points) -> dict:
         "nearest": lambda: scene.nearest(points, NEAREST),
         "nearest float64": lambda: scene.nearest(points.astype(np.float64), ("points",), limit=0.5),
         "nearest exact": lambda: scene.nearest(points, NEAREST, numeric="exact"),
+        "nearest by masks": lambda: scene.nearest(points, NEAREST, masks=np.arange(len(points)) % 4),
+        "nearest of a grid": lambda: scene.nearest(ballot.grid(*points[:12].T), NEAREST),
+        "within": lambda: scene.within(points, 1.5, masks=3),
         "signed": lambda: scene.nearest(points, SIGNED),
         "signed by normals": lambda: scene.nearest(points, SIGNED, **normals),
         "inside": lambda: scene.nearest(points, ("inside",)),
