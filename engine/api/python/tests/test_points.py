@@ -229,7 +229,7 @@ class Filters(unittest.TestCase):
             (lambda: self.scene.trace(self.rays, cull="back", method="packet"), "method is 'packet', beside"),
             (lambda: self.scene.trace(self.rays, cull="back", numeric="plain"), "numeric is 'plain'; expected"),
             (lambda: self.scene.trace(self.rays, first=2, any=True), "any is 1 and first is set"),
-            (lambda: self.scene.trace(many, first=2**32 - 2), "no memory holds|too little memory|out of memory|allocate"),
+            (lambda: self.scene.trace(many, first=2**32 - 2), "no memory holds|too little|out of memory|allocate"),
             (lambda: ballot.render(self.scene, None, 8, 8, cull="back"), "cull is no option of pictures"),
         ):
             with self.assertRaisesRegex((ValueError, MemoryError), text):
