@@ -22,22 +22,13 @@ vec3 sides_of_corners(Corners t) { return hi_of(t) - lo_of(t); }
 // bound of the first step and the source of the second. On a device without float64 the host gives triangles without
 // area two vertices of equal bits (engine/tree/device/device_builder.cpp).
 #if BALLOT_FLOAT64
+#include "../numeric/expansion.glsl"
 #include "../numeric/float_bits.glsl"
 
 bool sum_is_zero(double terms[6]) {
-  double parts[6] = double[6](0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf);
+  expand(terms);
   bool zero = true;
-  for (uint i = 0u; i < 6u; ++i) {
-    precise double sum = terms[i];
-    for (uint k = 0u; k < i; ++k) {
-      precise double next = sum + parts[k], other = next - sum;
-      precise double part = (sum - (next - other)) + (parts[k] - other);
-      parts[k] = part;
-      sum = next;
-    }
-    parts[i] = sum;
-  }
-  for (uint i = 0u; i < 6u; ++i) zero = zero && parts[i] == 0.0lf;
+  for (uint i = 0u; i < 6u; ++i) zero = zero && terms[i] == 0.0lf;
   return zero;
 }
 

@@ -1,21 +1,12 @@
 // The unit normal of a triangle, with the bits of unit_normal() of engine/core/unit_normal.h, which says what it is.
 // Sums and products of double alone: devices round these as hosts do.
+#include "../numeric/expansion.glsl"
 #include "../numeric/float_bits.glsl"
 
 double exact_sum(double terms[6]) {
-  double parts[6] = double[6](0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf, 0.0lf);
-  for (uint i = 0u; i < 6u; ++i) {
-    precise double sum = terms[i];
-    for (uint k = 0u; k < i; ++k) {
-      precise double next = sum + parts[k], other = next - sum;
-      precise double part = (sum - (next - other)) + (parts[k] - other);
-      parts[k] = part;
-      sum = next;
-    }
-    parts[i] = sum;
-  }
+  expand(terms);
   precise double all = 0.0lf;
-  for (uint i = 0u; i < 6u; ++i) all = all + parts[i];
+  for (uint i = 0u; i < 6u; ++i) all = all + terms[i];
   return all;
 }
 
