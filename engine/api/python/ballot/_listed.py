@@ -10,6 +10,7 @@ import numpy as np
 from . import _ballot, _query
 from ._array import Array
 from ._door import Times
+from ._there import words
 
 
 class Lists(NamedTuple):
@@ -46,13 +47,11 @@ def _count_of(asked: Array, count: int | None, beside: Mapping[str, Any]) -> int
 
 def _list(
     scene: _ballot.Scene, asked: Array, number: int, arrays: tuple[Array | None, Array | None, Array | None],
-    masks: Array | None, options: Mapping[str, Any], progress: Any, times: list[Times] | None,
+    masks: Any, options: Mapping[str, Any], progress: Any, times: list[Times] | None,
 ) -> int:  # fmt: skip
-    if masks is not None and not isinstance(masks, Array):
-        raise TypeError(f"masks: found {type(masks).__name__}; expected a ballot.Array of uint32, where the rays are")
     counts, offsets, hits = (None if a is None else a._handle for a in arrays)
-    words = None if masks is None else masks._handle
-    total, spent = scene.list_there(asked._handle, number, counts, offsets, hits, dict(options), progress, words)
+    bits = words(masks, asked.record)
+    total, spent = scene.list_there(asked._handle, number, counts, offsets, hits, dict(options), progress, bits)
     if times is not None:
         times.append(Times(*spent))
     return int(total)

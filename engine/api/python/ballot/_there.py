@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _query
+from . import _ballot, _query
 from ._array import Array
 from ._door import HIT_COLUMNS, POINT_COLUMNS, Times
 
@@ -20,6 +20,17 @@ _COLUMNS = {
     "rays": {"hits": "hits", **{name: _RECORDS[column] for name, column in HIT_COLUMNS.items()}},
     "points": {"nearest": "nearest", **{name: _RECORDS[column] for name, column in POINT_COLUMNS.items()}},
 }
+
+
+def words(masks: Any, kind: str) -> _ballot.Array | None:
+    """Returns the masks of questions on the device, as the extension takes them."""
+    if masks is None:
+        return None
+    if not isinstance(masks, Array):
+        found = type(masks).__name__
+        raise TypeError(f"masks: found {found}; expected a ballot.Array of uint32, where the {kind} are")
+    handle: _ballot.Array = masks._handle
+    return handle
 
 
 class Asked:
@@ -35,10 +46,7 @@ class Asked:
         for name, given in beside.items():
             if given is not None:
                 raise TypeError(f"{name}: found beside {kind} in a ballot.Array, which have their own; expected None")
-        if masks is not None and not isinstance(masks, Array):
-            found = type(masks).__name__
-            raise TypeError(f"masks: found {found}; expected a ballot.Array of uint32, where the {kind} are")
-        self._kind, self._array, self._masks = kind, array, masks
+        self._kind, self._array, self._words = kind, array, words(masks, kind)
         self._count = len(array) if count is None else _query.integer(count, "count", 0, 2**32 - 1)
 
     def answer(
@@ -49,8 +57,7 @@ class Asked:
         extension."""
         arrays = self._arrays(columns, dict(out or {}), self._count * options[0].get("first", 1))
         to = {name: array._handle for name, array in arrays.items()}
-        words = None if self._masks is None else self._masks._handle
-        spent = ask(self._array._handle, self._count, to, *options, words)
+        spent = ask(self._array._handle, self._count, to, *options, self._words)
         if times is not None:
             times.append(Times(*spent))
         return arrays

@@ -14,9 +14,10 @@ from __future__ import annotations
 import numpy as np
 
 import ballot
+from ballot.examples._paths import PATHS
 from ballot.examples._room import room
 
-GLSL = """
+GLSL = PATHS + """
 readonly buffer Lamp { vec3 lamp[]; };  // a corner, two edges, the normal
 readonly buffer Albedo { float albedo[]; };
 readonly buffer Normals { vec3 normals[]; };
@@ -24,18 +25,6 @@ buffer Sums { uint sums[]; };           // low and high word of each triangle's
 uniform uint paths, step;
 
 const float QUANTA = 1048576.0;  // of a path's power
-uint state, left_from;
-float random() {  // PCG, O'Neill 2014
-  state = state * 747796405u + 2891336453u;
-  uint x = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
-  return float((x >> 22 ^ x) >> 8) / 16777216.0;
-}
-vec3 scattered(vec3 normal) {  // with a density proportional to the cosine
-  float z = 2.0 * random() - 1.0, phi = 6.2831853 * random(), r = sqrt(1.0 - z * z);
-  return normal + 0.999 * vec3(r * cos(phi), r * sin(phi), z);
-}
-bool accept(Hit hit) { return hit.prim != left_from; }
-
 void add(uint prim, uint quanta) {
   uint before = atomicAdd(sums[2u * prim], quanta);
   if (before + quanta < before) atomicAdd(sums[2u * prim + 1u], 1u);

@@ -13,9 +13,10 @@ import sys
 import numpy as np
 
 import ballot
+from ballot.examples._paths import PATHS
 from ballot.examples._room import room
 
-GLSL = """
+GLSL = PATHS + """
 struct Surface { vec3 normal, albedo, emitted; };
 readonly buffer Surfaces { Surface surfaces[]; };  // of each triangle
 buffer Pixels { vec4 pixels[]; };
@@ -23,17 +24,6 @@ uniform uvec2 size;
 uniform vec3 lamp;  // a corner of a square that shines downwards
 uniform float lamp_side, radiance, samples;
 
-uint state, left_from;
-float random() {  // PCG, O'Neill 2014
-  state = state * 747796405u + 2891336453u;
-  uint x = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
-  return float((x >> 22 ^ x) >> 8) / 16777216.0;
-}
-vec3 scattered(vec3 normal) {  // with a density proportional to the cosine
-  float z = 2.0 * random() - 1.0, phi = 6.2831853 * random(), r = sqrt(1.0 - z * z);
-  return normal + 0.999 * vec3(r * cos(phi), r * sin(phi), z);
-}
-bool accept(Hit hit) { return hit.prim != left_from; }  // no ray meets what it comes from
 vec3 light_along(Ray ray) {
   vec3 sum = vec3(0.0), weight = vec3(1.0);
   for (uint bounce = 0u; bounce < 6u; ++bounce) {

@@ -20,19 +20,12 @@ from __future__ import annotations
 import numpy as np
 
 import ballot
+from ballot.examples._paths import PATHS
 
-GLSL = """
+GLSL = PATHS + """
 readonly buffer Corners { vec3 corners[]; };  // three of each triangle
 buffer Counts { uint counts[]; };             // rays from each triangle to each
 uniform uint triangles, rays;
-
-uint state, left_from;
-float random() {  // PCG, O'Neill 2014
-  state = state * 747796405u + 2891336453u;
-  uint x = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
-  return float((x >> 22 ^ x) >> 8) / 16777216.0;
-}
-bool accept(Hit hit) { return hit.prim != left_from; }
 
 void main(uint index) {
   uint from = index / rays;
@@ -41,9 +34,7 @@ void main(uint index) {
   vec3 a = corners[3u * from], ab = corners[3u * from + 1u] - a, ac = corners[3u * from + 2u] - a;
   float u = random(), v = random();  // a point of the triangle
   if (u + v > 1.0) u = 1.0 - u, v = 1.0 - v;
-  float z = 2.0 * random() - 1.0, phi = 6.2831853 * random(), r = sqrt(1.0 - z * z);
-  vec3 dir = normalize(cross(ab, ac)) + 0.999 * vec3(r * cos(phi), r * sin(phi), z);  // by the cosine
-  Hit hit = nearest(Ray(a + u * ab + v * ac, 0.0, dir, 1e9));
+  Hit hit = nearest(Ray(a + u * ab + v * ac, 0.0, scattered(normalize(cross(ab, ac))), 1e9));
   if (hit.prim != NO_HIT) atomicAdd(counts[from * triangles + hit.prim], 1u);
 }
 """
