@@ -46,7 +46,8 @@ std::vector<std::uint32_t> corner_words(const Forest& forest, const std::vector<
   for (std::size_t i = 0; i < forest.size(); ++i) {
     words[i] = forest.first_of(i);
     std::uint32_t* to = &words[forest.size() + (CORNER_WORDS - 1) * i];
-    *to++ = first_of[forest.mesh_of(i)];
+    const bool has_corners = forest.meshes()[forest.mesh_of(i)].kind == ShapeKind::Triangles;
+    *to++ = has_corners ? first_of[forest.mesh_of(i)] : NO_HIT;
     for (const auto& row : forest.transforms()[i].m)
       for (const float x : row) *to++ = std::bit_cast<std::uint32_t>(x);
   }

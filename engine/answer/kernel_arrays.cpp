@@ -1,5 +1,7 @@
 #include "engine/answer/kernel_arrays.h"
 
+#include "shaders/shared/shapes.h"
+
 namespace ballot {
 
 namespace {
@@ -18,6 +20,7 @@ KernelArrays::KernelArrays(DeviceTree& tree, const TreeReads& r) {
   if (format_of(r.format).encode) format = &tree.format(r.format, r.access, r.source);
   leaves = &tree.leaves(r.leaves, r.access.fetch, r.source);
   if (tree.forest()) {
+    if (tree.facts().shapes) shapes = &tree.shapes();
     top = &tree.top(r.access.fetch);
     meshes = &tree.mesh_table(r.format, r.access, r.leaves, r.source);
   }
@@ -25,6 +28,7 @@ KernelArrays::KernelArrays(DeviceTree& tree, const TreeReads& r) {
 }
 
 void KernelArrays::bind(Kernel& kernel, Fetch fetch) const {
+  if (shapes && kernel.wants(BIND_SHAPES)) kernel.bind(BIND_SHAPES, *shapes);
   if (fetch == Fetch::Reference) return;  // by their addresses
   if (nodes) kernel.bind(BIND_NODES, *nodes);
   if (format) kernel.bind(BIND_FORMAT, *format);

@@ -51,6 +51,7 @@ struct KernelArrays {
 
   const Texels *nodes = nullptr, *format = nullptr, *leaves = nullptr;
   const Texels *top = nullptr, *meshes = nullptr;  // of a forest
+  const Buffer<glm::vec4>* shapes = nullptr;       // of a forest that has some
 };
 
 }  // namespace ballot

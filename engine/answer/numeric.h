@@ -21,6 +21,7 @@ struct NumericMode {
   Arithmetic arithmetic;      // the arithmetic whose rounding error the judge allows
   bool conservative = false;  // answers are equal bit for bit over methods, orders, subgroup and workgroup sizes, trees
   bool needs_float64 = false;  // shaderFloat64
+  bool takes_shapes = false;   // scenes may have shapes other than triangles
   bool leaves_open = false;    // kernels may list rays in doubt (Doubtful, kernel_config.h)
 };
 
@@ -31,9 +32,10 @@ inline constexpr NumericMode kNumericModes[] = {
      .triangle = TRIANGLE_WOOP_AFFINE, .box = BOX_FMA, .leaves = LeafFormat::Affine,
      .arithmetic = Arithmetic::WoopAffine},
     {.name = "plain", .summary = "Moeller-Trumbore, boxes without padding; rays can slip between triangles",
-     .triangle = TRIANGLE_MOELLER, .box = BOX_SLABS, .arithmetic = Arithmetic::MoellerTrumbore},
+     .triangle = TRIANGLE_MOELLER, .box = BOX_SLABS, .arithmetic = Arithmetic::MoellerTrumbore, .takes_shapes = true},
     {.name = "watertight", .summary = "Woop, Benthin and Wald, with padded boxes; no ray slips through a closed mesh",
-     .triangle = TRIANGLE_WATERTIGHT, .box = BOX_PADDED, .arithmetic = Arithmetic::Woop, .conservative = true},
+     .triangle = TRIANGLE_WATERTIGHT, .box = BOX_PADDED, .arithmetic = Arithmetic::Woop, .conservative = true,
+     .takes_shapes = true},
     {.name = "exact",
      .summary = "every answer is that of arithmetic without rounding: filters, then integers; needs float64",
      .triangle = TRIANGLE_EXACT, .box = BOX_RELATIVE, .arithmetic = Arithmetic::Exact, .conservative = true,
@@ -48,6 +50,9 @@ inline constexpr std::string_view kDefaultNumeric = "watertight";
 constexpr Arithmetic judged_as(const NumericMode& mode) {
   return mode.arithmetic == Arithmetic::Exact ? Arithmetic::Woop : mode.arithmetic;
 }
+
+/// Throws Error(Arguments) unless a mode can trace a scene with these kinds of shapes (TreeFacts::shapes).
+void check_takes(const NumericMode& mode, std::uint32_t shapes);
 
 /// Throws Error(Arguments) that lists the modes there are.
 const NumericMode& find_numeric(std::string_view name);

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "engine/core/error.h"
 #include "engine/core/parallel.h"
 #include "engine/tree/device/tree_arrays.h"
 #include "shaders/shared/query.h"
@@ -68,6 +69,23 @@ double write_record(const Transform& transform, const MeshExtents& mesh, glm::ve
 
 }  // namespace
 
+/// Throws Error(Arguments) unless a matrix turns, mirrors and stretches alike along all axes, so that the nearest point
+/// of a shape stays the nearest.
+static void check_alike(const Transform& t, std::size_t number) {
+  constexpr double kRoom = 1e-5;
+  double dots[3][3];
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      dots[a][b] = double(t.m[0][a]) * t.m[0][b] + double(t.m[1][a]) * t.m[1][b] + double(t.m[2][a]) * t.m[2][b];
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      if (!(std::abs(dots[a][b] - (a == b ? dots[0][0] : 0)) <= kRoom * dots[0][0]))
+        fail(Failure::Arguments,
+             "closest points: the matrix of instance {} stretches its shapes unevenly (columns of lengths {:.6g}, "
+             "{:.6g}, {:.6g}); expected one that turns and scales alike along all axes: make the mesh of other shapes",
+             number, std::sqrt(dots[0][0]), std::sqrt(dots[1][1]), std::sqrt(dots[2][2]));
+}
+
 std::vector<glm::vec4> point_records(const Forest& forest) {
   std::vector<glm::vec4> texels(POINT_HEADER_TEXELS + forest.size() * POINT_TEXELS, glm::vec4(0));
   std::vector<double> most(forest.size());
@@ -75,6 +93,8 @@ std::vector<glm::vec4> point_records(const Forest& forest) {
     for (std::size_t i = begin; i < end; ++i) {
       const MeshExtents& mesh = forest.meshes()[forest.mesh_of(i)].extents;
       if (mesh.empty) continue;
+      if (forest.meshes()[forest.mesh_of(i)].kind != ShapeKind::Triangles)
+        check_alike(forest.transforms()[i], forest.name_of(i));
       most[i] = write_record(forest.transforms()[i], mesh, &texels[POINT_HEADER_TEXELS + i * POINT_TEXELS]);
     }
   });

@@ -104,6 +104,7 @@ PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery&
 
 point_queries::Settle<Nearest> PointQueries::Parts::settle_nearest(const PointQuery& query) {
   if (!query.exact) return {};
+  check_takes(find_numeric("exact"), scene.facts().shapes);
   return [this, by = query.sides ? &pseudonormals : nullptr, triangle_masks = query.triangle_masks](
              std::span<const ProbePoint> points, std::span<const std::uint32_t> masks, std::span<Nearest> answers) {
     ballot::settle_nearest(scene, points, masks, answers, by, triangle_masks);
@@ -112,6 +113,7 @@ point_queries::Settle<Nearest> PointQueries::Parts::settle_nearest(const PointQu
 
 point_queries::Settle<std::uint32_t> PointQueries::Parts::settle_inside(const PointQuery& query) {
   if (!query.exact) return {};
+  check_takes(find_numeric("exact"), scene.facts().shapes);
   return [this](std::span<const ProbePoint> points, std::span<const std::uint32_t>, std::span<std::uint32_t> answers) {
     ballot::settle_inside(whole.tree(), points, answers);
   };

@@ -34,7 +34,7 @@ KernelSource source_of(const std::string& name, const Variant& variant, const De
   KernelSource source = kernel_source(variant, device, tree);
   source.file = "query/" + name + ".comp";
   source.name = "query." + name + (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "") +
-                (tree.large ? " large=1" : "");
+                (tree.large ? " large=1" : "") + (tree.shapes ? fmt::format(" shapes={}", tree.shapes) : "");
   for (const auto& [define, value] : defines) {
     source.name += fmt::format(" {}={}", define, value);
     source.defines.emplace_back(define, value);

@@ -18,6 +18,7 @@ void RayQueries::Parts::begin(bool masks, const CrossingQuery& wanted) {
              .cull = query.cull};
   kernels.prepare(variant.masks, query.triangle_masks);
   exact_lists.reset();
+  if (query.exact) check_takes(find_numeric("exact"), kernels.tree().facts().shapes);
   if (query.exact) exact_lists.emplace(kernels.tree(), query);
 }
 

@@ -10,6 +10,16 @@ const Method& find_method(std::string_view name) { return find_named(kMethods, n
 
 const NumericMode& find_numeric(std::string_view name) { return find_named(kNumericModes, name, "numeric mode"); }
 
+void check_takes(const NumericMode& mode, std::uint32_t shapes) {
+  if (!shapes || mode.takes_shapes) return;
+  std::string others;
+  for (const NumericMode& m : kNumericModes)
+    if (m.takes_shapes) others += fmt::format("{}{}", others.empty() ? "" : ", ", m.name);
+  fail(Failure::Arguments,
+       "numeric mode {} is one of triangles, and the scene has shapes (spheres and the like); modes with them: {}",
+       mode.name, others);
+}
+
 const NumericMode& find_numeric(std::string_view name, const DeviceInfo& device) {
   const NumericMode& mode = find_numeric(name);
   if (!mode.needs_float64 || device.float64) return mode;

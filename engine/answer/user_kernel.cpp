@@ -10,7 +10,7 @@
 #include "engine/answer/user_text.h"
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
-#include "engine/tree/host/build.h"
+#include "engine/model/shapes.h"
 
 namespace ballot {
 
@@ -191,25 +191,12 @@ std::vector<Triangle> stand_ins(std::span<const Bounds> boxes) {
   std::vector<Triangle> all;
   all.reserve(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
-    Bounds box = boxes[i];
+    const Bounds& box = boxes[i];
     if (!glm::all(glm::lessThanEqual(box.lo, box.hi)))
       fail(Failure::Arguments,
            "box {} of shapes: from ({}, {}, {}) to ({}, {}, {}); each end must be at or above its start", i, box.lo.x,
            box.lo.y, box.lo.z, box.hi.x, box.hi.y, box.hi.z);
-    const auto corners = [&box] {
-      const glm::vec3 size = box.hi - box.lo;
-      const int k = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-      glm::vec3 third = box.lo;
-      third[k] = box.hi[k];
-      return Triangle{box.lo, box.hi, third};
-    };
-    Triangle triangle = corners();
-    const glm::vec3 far = glm::max(glm::abs(box.lo), glm::abs(box.hi));
-    for (float room = std::max({far.x, far.y, far.z, 1e-30f}) * 0x1p-22f; is_degenerate(triangle); room *= 16) {
-      box = {boxes[i].lo - room, boxes[i].hi + room};
-      triangle = corners();
-    }
-    all.push_back(triangle);
+    all.push_back(stand_in(box));
   }
   return all;
 }

@@ -48,6 +48,7 @@ constexpr FactDefine kFactDefines[] = {
     {"BALLOT_LEAF_LOOP", [](const Facts& f) { return int(f.variant.method->ray_packets || leaves_loop(f.tree)); }},
     {"BALLOT_BOX_ORIGIN", [](const Facts& f) { return int(f.tree.far); }},
     {"BALLOT_INSTANCES", [](const Facts& f) { return int(f.tree.top_depth > 0); }},
+    {"BALLOT_SHAPES", [](const Facts& f) { return int(f.tree.shapes); }},
     {"BALLOT_LARGE", [](const Facts& f) { return int(f.tree.large); }},
     {"BALLOT_LOOPS_CUT", [](const Facts& f) { return int(f.variant.config.loops_cut); }},
     {"BALLOT_UNIFORM_FLOW", [](const Facts& f) { return int(f.device.uniform_flow); }},
@@ -106,6 +107,7 @@ std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed, std::ui
 }
 
 KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, const TreeFacts& tree) {
+  check_takes(*variant.numeric, tree.shapes);
   const KernelConfig& c = variant.config;
   const Method& method = *variant.method;
   const std::uint32_t stack = stack_entries(tree, format_of(method.tree).pushes, method.spare_entries());
@@ -117,7 +119,8 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
          variant.name(), tree.depth, shared_bytes, c.workgroup, device.name, device.shared_bytes);
   KernelSource source;
   source.name = variant.kernel_name() + (method.ray_packets || leaves_loop(tree) ? "" : " leaves=1") +
-                (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "") + (tree.large ? " large=1" : "");
+                (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "") + (tree.large ? " large=1" : "") +
+                (tree.shapes ? fmt::format(" shapes={}", tree.shapes) : "");
   source.file = method.kernel;
   source.group_size = c.workgroup;
   source.subgroup_size = c.subgroup;

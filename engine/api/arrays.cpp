@@ -34,13 +34,15 @@ HitArrays::HitArrays(const BallotHits& to, SceneState& scene, const RowOrder& or
   all_normals_ = table.normals;
 }
 
-const glm::vec3& HitArrays::Normals::of(std::uint32_t prim) {
+const glm::vec3& HitArrays::Normals::of(const Hit& hit) {
   static constexpr glm::vec3 kNone(0);
-  if (!all_.empty()) return prim == NO_HIT ? kNone : all_[prim];
+  const std::uint32_t prim = hit.prim;
+  if (prim == NO_HIT) return kNone;
+  if (!all_.empty()) return all_[prim];
+  if (const std::optional<glm::vec3> normal = scene_.world->shape_normal(hit)) return of_shape_ = *normal;
   Entry& entry = entries_[prim % entries_.size()];
   if (entry.prim != prim) {
-    entry = {prim, glm::vec3(0)};
-    if (prim != NO_HIT) entry.normal = normal_of(scene_.world->triangle(prim));
+    entry = {prim, normal_of(scene_.world->triangle(prim))};
   }
   return entry.normal;
 }
@@ -92,7 +94,7 @@ void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals&
   if (to_.prims || to_.mesh_ids || to_.instances) write_places(place, hits);
   if (to_.normals)
     for (std::size_t i = 0; i < n; ++i)
-      std::memcpy(to_.normals + 3 * (place + i), &normals.of(hits[i].prim), sizeof(glm::vec3));
+      std::memcpy(to_.normals + 3 * (place + i), &normals.of(hits[i]), sizeof(glm::vec3));
 }
 
 bool HitArrays::records_alone() const {

@@ -31,8 +31,8 @@ class HitArrays {
   class Normals {
    public:
     Normals(const SceneState& scene, std::span<const glm::vec3> all) : scene_(scene), all_(all) {}
-    /// Returns the unit normal of a triangle, or zero for NO_HIT.
-    const glm::vec3& of(std::uint32_t prim);
+    /// Returns the unit normal where a ray hits, or zero for a miss. Valid until the next call.
+    const glm::vec3& of(const Hit& hit);
 
    private:
     struct Entry {
@@ -42,6 +42,7 @@ class HitArrays {
     const SceneState& scene_;
     const std::span<const glm::vec3> all_;  // of all triangles, or none
     std::array<Entry, 256> entries_;
+    glm::vec3 of_shape_{0};
   };
 
   void fetch_triangles(std::span<const Hit> hits) const;

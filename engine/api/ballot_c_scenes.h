@@ -9,18 +9,32 @@
 /* How the indices of a mesh lie in memory. */
 typedef enum BallotIndexType { BALLOT_INDEX_NONE = 0, BALLOT_INDEX_U16 = 1, BALLOT_INDEX_U32 = 2 } BallotIndexType;
 
-/* A triangle mesh. The library copies what it needs before the call returns. */
+/* A mesh: triangles, or shapes of another kind. The library copies what it needs before the call returns. */
 typedef struct BallotMesh {
   BALLOT_SIZE(BallotMesh);
   const float* positions BALLOT_ZERO;     /* x, y, z of each vertex; finite, at most 1e12 */
-  size_t vertex_count BALLOT_ZERO;        /* number of vertices, at least 3 */
+  size_t vertex_count BALLOT_ZERO;        /* number of vertices, at least those of one shape */
   size_t position_stride BALLOT_ZERO;     /* bytes from one vertex to the next, a multiple of 4; 0: 12 */
-  const void* indices BALLOT_ZERO;        /* three for each triangle; NULL: vertices 0 1 2, 3 4 5, ... */
-  size_t index_count BALLOT_ZERO;         /* a multiple of 3, at least 3; 0 without indices */
+  const void* indices BALLOT_ZERO;        /* as many for each shape as it has vertices; NULL: vertices 0, 1, 2, ... */
+  size_t index_count BALLOT_ZERO;         /* a multiple of that, of one shape at least; 0 without indices */
   BallotIndexType index_type BALLOT_ZERO; /* 16 or 32 bits; none without indices */
   uint32_t id BALLOT_ZERO;                /* any number; BallotHits::mesh_ids reports it */
-  const float* normals BALLOT_ZERO;       /* unit normal of each vertex, for pictures; NULL: flat */
+  const float* normals BALLOT_ZERO;       /* unit normal of each vertex, for pictures; NULL: flat. Of discs their own */
   size_t normal_stride BALLOT_ZERO;       /* bytes, as position_stride */
+  /* What it is made of; NULL: "triangles", three vertices each. "spheres": a vertex with a radius each. "discs": a
+   * vertex, a radius, a normal each; flat, met from both sides. "capsules": two vertices with radii each, the convex
+   * hull of two spheres. "boxes": two opposite corners each, along the axes of the mesh.
+   *
+   * A ray enters a closed shape and leaves it: two hits, at ends of the same t with one normal. u and v of a hit are
+   * its outward normal by the octahedral map, to [0, 1]. The front is the outside, of a disc the side of its normal.
+   * The answer is that of a shape that lies elsewhere by at most 8 * 2^-24 of its largest distance from the ray's
+   * origin along an axis, with t off by 15 * 2^-24 of that over the direction's main component. A mesh of shapes lies
+   * in a tree of its own, whatever the layout. Closest points need matrices that turn and scale alike along all axes.
+   * Not with modes "exact" and "fast", nor in pictures and rays that start on surfaces. Shapes of radius 0, and boxes
+   * that are flat along two axes, are never hit. */
+  BallotText shapes BALLOT_ZERO;
+  const float* radii BALLOT_ZERO;   /* of each vertex of spheres, discs and capsules, 0 to 1e12 */
+  size_t radius_stride BALLOT_ZERO; /* bytes from one to the next, a multiple of 4; 0: 4 */
 } BallotMesh;
 
 /* How a scene is made. */

@@ -100,6 +100,19 @@ inline Mesh mesh(std::span<const float> positions, std::span<const std::uint16_t
   m.indices = indices.data(), m.index_count = indices.size(), m.index_type = BALLOT_INDEX_U16;
   return m;
 }
+/// Returns a mesh of shapes, as BallotMesh::shapes names them, over x y z of each vertex, with a radius and a normal of
+/// each, side by side, where they have some. Throws Error(BALLOT_ERROR_ARGUMENT) if there are too few.
+inline Mesh shapes(const char* kind, std::span<const float> positions, std::span<const float> radii = {},
+                   std::span<const std::uint32_t> indices = {}, std::span<const float> normals = {}) {
+  Mesh m = mesh(positions, indices, 0, normals);
+  m.shapes = kind;
+  if (radii.empty()) return m;
+  if (radii.size() < m.vertex_count)
+    throw Error(BALLOT_ERROR_ARGUMENT, "shapes: " + std::to_string(radii.size()) + " radii, but " +
+                                           std::to_string(m.vertex_count) + " vertices; expected one for each");
+  m.radii = radii.data();
+  return m;
+}
 
 namespace detail {
 /// Returns how many matrices there are.

@@ -38,18 +38,26 @@ void take_vertices(SceneState& scene, PendingEdits& edits) {
     check_vertices(dense.all, fmt::format("mesh {}", number));
     const auto fresh = edits.meshes.find(number);
     const MeshState& mesh = fresh != edits.meshes.end() ? fresh->second : scene.meshes.at(number);
+    if (mesh.kind != ShapeKind::Triangles) {
+      std::vector<ballot::Shape> shapes = shapes_at(mesh, dense.all, fmt::format("mesh {}", number));
+      std::vector<Triangle> boxes = stand_ins(mesh.kind, shapes);
+      edits.edits.move_mesh(number, std::move(boxes), std::move(shapes));
+      continue;
+    }
     std::vector<Triangle> triangles(mesh.triangles);
     expand(mesh.indices, dense.all, triangles);
     edits.edits.move_mesh(number, std::move(triangles));
   }
 }
 
-/// Gives meshes that move, and lie in one tree with others of several trees, their own.
+/// Gives meshes that move, and lie in one tree with others of several trees, their own. Shapes move as another mesh
+/// would take their place.
 void separate_moved(const SceneState& scene, PendingEdits& edits) {
   if (!scene.world->forest() || edits.vertices.empty()) return;
   const TreeLayout layout = tree_layout(scene.world->scene_facts());
   for (const auto& [number, v] : edits.vertices)
-    if (const auto mesh = edits.edits.mesh_index(number); mesh && layout.shares(*mesh)) {
+    if (const auto mesh = edits.edits.mesh_index(number);
+        mesh && (layout.shares(*mesh) || scene.meshes.at(number).kind != ShapeKind::Triangles)) {
       scene.world->scene();
       edits.edits.separate_mesh(number);
     }

@@ -35,6 +35,8 @@ void need_wound(ballot::DeviceScene& world) {
 
 /// Refuses the inside test of a mesh with open edges.
 void need_closed(ballot::DeviceScene& world) {
+  if (world.features().tree.shapes >> SHAPE_DISC & 1)
+    refuse("inside test: the scene has discs, which have no inside; set assume_closed to leave them out");
   const Topology& t = world.topology();
   if (t.closed()) return;
   const FaultyEdge& edge = t.first_boundary.empty() ? t.first_nonmanifold.front() : t.first_boundary.front();

@@ -60,35 +60,78 @@ void check_triangle_count(std::size_t triangles, const std::string& where) {
                        kMostTriangles));
 }
 
-GivenMesh read_mesh(const BallotMesh& m, const std::string& where) {
+namespace {
+
+/// Returns the row of the shapes that a mesh is made of. Throws Refused unless it has what they need.
+const ShapeInfo& shapes_of(const BallotMesh& m, const std::string& where) {
+  const ShapeInfo& info = find_named(kShapes, m.shapes ? m.shapes.text : kShapes[0].name, "kind of shapes");
   if (!m.positions || m.vertex_count == 0)
     refuse(fmt::format("{}: positions is NULL or vertex_count is 0; leave empty meshes out", where));
   const std::size_t corners = m.indices ? m.index_count : m.vertex_count;
-  if (corners == 0 || corners % 3)
-    refuse(fmt::format("{}: {} {}; expected a multiple of 3, at least 3", where, corners,
-                       m.indices ? "indices" : "vertices without indices"));
-  check_triangle_count(corners / 3, where);
+  if (corners == 0 || corners % info.vertices)
+    refuse(fmt::format("{}: {} {}; expected a multiple of {}, at least {}", where, corners,
+                       m.indices ? "indices" : "vertices without indices", info.vertices, info.vertices));
+  check_triangle_count(corners / info.vertices, where);
   if (!m.indices && m.index_count)
     refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
-  GivenMesh mesh{{corners / 3, m.vertex_count}, {}};
-  if (m.indices && m.index_type == BALLOT_INDEX_U16)
-    mesh.state.indices = read_indices<std::uint16_t>(m, where);
-  else if (m.indices && m.index_type == BALLOT_INDEX_U32)
-    mesh.state.indices = read_indices<std::uint32_t>(m, where);
-  else if (m.indices)
-    refuse(
-        fmt::format("{}: index_type is {}; expected BALLOT_INDEX_U16 or BALLOT_INDEX_U32", where, int(m.index_type)));
+  if (info.radii != (m.radii != nullptr))
+    refuse(fmt::format("{}: radii is {}NULL, but {} have {}", where, m.radii ? "not " : "", info.name,
+                       info.radii ? "some" : "none"));
+  if (info.kind != ShapeKind::Triangles && info.normals != (m.normals != nullptr))
+    refuse(fmt::format("{}: normals is {}NULL, but {} have {}", where, m.normals ? "not " : "", info.name,
+                       info.normals ? "some" : "none"));
+  return info;
+}
+
+std::vector<std::uint32_t> read_corners(const BallotMesh& m, const std::string& where) {
+  if (!m.indices) return {};
+  if (m.index_type == BALLOT_INDEX_U16) return read_indices<std::uint16_t>(m, where);
+  if (m.index_type == BALLOT_INDEX_U32) return read_indices<std::uint32_t>(m, where);
+  refuse(fmt::format("{}: index_type is {}; expected BALLOT_INDEX_U16 or BALLOT_INDEX_U32", where, int(m.index_type)));
+}
+
+std::vector<float> read_radii(const BallotMesh& m, const std::string& where) {
+  std::vector<float> radii(m.radii ? m.vertex_count : 0);
+  const std::size_t stride = stride_of(m.radius_stride, sizeof(float), radii.size(), where + ": radius_stride");
+  const char* from = reinterpret_cast<const char*>(m.radii);
+  for (std::size_t i = 0; i < radii.size(); ++i) std::memcpy(&radii[i], from + i * stride, sizeof(float));
+  return radii;
+}
+
+}  // namespace
+
+std::vector<ballot::Shape> shapes_at(const MeshState& mesh, std::span<const glm::vec3> positions,
+                                     const std::string& where) {
+  return make_shapes(mesh.kind, mesh.indices, {positions, mesh.radii, mesh.normals}, where);
+}
+
+GivenMesh read_mesh(const BallotMesh& m, const std::string& where) {
+  const ShapeInfo& info = shapes_of(m, where);
+  const std::size_t corners = m.indices ? m.index_count : m.vertex_count;
+  GivenMesh mesh{{corners / info.vertices, m.vertex_count, read_corners(m, where)}, {}};
+  MeshGeometry& made = mesh.geometry;
+  made.kind = info.kind;
   const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
   const DenseVertices positions(m.positions, stride, m.vertex_count);
   check_vertices(positions.all, where);
-  mesh.geometry.triangles.resize(mesh.state.triangles);
-  expand(mesh.state.indices, positions.all, mesh.geometry.triangles);
-  if (!m.normals) return mesh;
-  const std::size_t normal_stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
-  const DenseVertices normals(m.normals, normal_stride, m.vertex_count);
-  check_vertices(normals.all, where + ", normals");
-  mesh.geometry.normals.resize(mesh.state.triangles);
-  expand(mesh.state.indices, normals.all, mesh.geometry.normals);
+  std::optional<DenseVertices> normals;
+  if (m.normals) {
+    const std::size_t normal_stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
+    check_vertices(normals.emplace(m.normals, normal_stride, m.vertex_count).all, where + ", normals");
+  }
+  if (info.kind != ShapeKind::Triangles) {
+    mesh.state.kind = info.kind;
+    mesh.state.radii = read_radii(m, where);
+    if (normals) mesh.state.normals.assign(normals->all.begin(), normals->all.end());
+    made.shapes = shapes_at(mesh.state, positions.all, where);
+    made.triangles = stand_ins(info.kind, made.shapes);
+    return mesh;
+  }
+  made.triangles.resize(mesh.state.triangles);
+  expand(mesh.state.indices, positions.all, made.triangles);
+  if (!normals) return mesh;
+  made.normals.resize(mesh.state.triangles);
+  expand(mesh.state.indices, normals->all, made.normals);
   return mesh;
 }
 
@@ -104,7 +147,9 @@ Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::map<std::uin
     const std::size_t first = made.triangles.size();
     check_triangle_count(first + mesh.state.triangles, where);
     all.first.push_back(first);
-    all.mesh_labels.push_back({.id = m.id});
+    all.mesh_labels.push_back({.id = m.id, .kind = mesh.geometry.kind});
+    if (!mesh.geometry.shapes.empty()) made.shapes.resize(first);
+    made.shapes.insert(made.shapes.end(), mesh.geometry.shapes.begin(), mesh.geometry.shapes.end());
     if (first == 0) {
       made.triangles = std::move(mesh.geometry.triangles);
       made.normals = std::move(mesh.geometry.normals);
@@ -116,6 +161,7 @@ Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::map<std::uin
     states.emplace_hint(states.end(), static_cast<std::uint32_t>(i), std::move(mesh.state));
   }
   fill_normals(made);
+  if (!made.shapes.empty()) made.shapes.resize(made.triangles.size());
   all.first.push_back(made.triangles.size());
   return made;
 }

@@ -27,6 +27,9 @@ struct GivenMesh {
   MeshState state;
   MeshGeometry geometry;
 };
+/// Returns the shapes of a mesh whose vertices lie at these positions.
+std::vector<ballot::Shape> shapes_at(const MeshState& mesh, std::span<const glm::vec3> positions,
+                                     const std::string& where);
 /// Checks a mesh and reads its triangles. Throws Refused, which begins with `where`.
 GivenMesh read_mesh(const BallotMesh& m, const std::string& where);
 

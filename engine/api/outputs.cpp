@@ -47,7 +47,7 @@ void write_normals(SceneState& scene, const ColumnRecords& from, RawBuffer& to) 
   if (from.points) {
     std::vector<Nearest> nearest(from.count);
     from.found.download(0, nearest.data(), nearest.size() * sizeof(Nearest));
-    for (std::size_t i = 0; i < found.size(); ++i) found[i].prim = nearest[i].prim;
+    for (std::size_t i = 0; i < found.size(); ++i) found[i] = {0, nearest[i].prim, nearest[i].u, nearest[i].v};
   } else {
     from.found.download(0, found.data(), found.size() * sizeof(Hit));
   }

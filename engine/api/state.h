@@ -102,7 +102,10 @@ class DeviceUse : DeviceHold {
 struct MeshState {
   std::size_t triangles = 0, vertices = 0;
   std::vector<std::uint32_t> indices = {};  // empty: vertices in turn
-  std::optional<Bounds> bounds = {};        // in its own space; found when somebody asks
+  ShapeKind kind = ShapeKind::Triangles;
+  std::vector<float> radii = {};  // these two of each vertex, where its shapes have them
+  std::vector<glm::vec3> normals = {};
+  std::optional<Bounds> bounds = {};  // in its own space; found when somebody asks
 };
 
 /// Edits that wait for a commit.

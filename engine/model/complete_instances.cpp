@@ -60,6 +60,7 @@ void lay_out(SceneInstances& all) {
     bool& in_world = all.mesh_labels[p.mesh].in_world;
     if (all.layout == Layout::Merge) in_world = uses[p.mesh] == 1 && is_identity(p.transform) && p.mesh >= next;
     if (all.layout == Layout::Separate || p.mask == 0) in_world = false;
+    if (all.mesh_labels[p.mesh].kind != ShapeKind::Triangles) in_world = false;
     if (in_world) next = p.mesh + std::size_t{1};
   }
 }

@@ -11,6 +11,7 @@ struct TreeFacts {
   std::uint32_t largest_leaf = 0;  // triangles
   bool far = false;                // boxes are measured from a nonzero origin: box_origin(), engine/tree/host/bvh.h
   std::uint32_t top_depth = 0;     // of the tree over instances (forest.h), at least 1; 0: no instances
+  std::uint32_t shapes = 0;        // a bit for each kind of shape (shaders/shared/shapes.h); 0: triangles alone
   bool large = false;              // the trees of all instances' meshes together may take more than 4 GiB
   bool operator==(const TreeFacts&) const = default;
 };

@@ -160,7 +160,8 @@ Bounds bounds_of_instances(const Scene& scene) {
   for (const std::size_t i : order) {
     if (holds(bounds, boxes[i])) continue;
     const Placement& p = all.placements[i];
-    bounds = united(bounds, bounds_of_moved(triangles_of(p.mesh), p.transform));
+    const bool corners = all.kinds[p.mesh] == ShapeKind::Triangles;  // of what stands in for shapes they tell no bounds
+    bounds = united(bounds, corners ? bounds_of_moved(triangles_of(p.mesh), p.transform) : boxes[i]);
   }
   return bounds;
 }
@@ -175,7 +176,7 @@ TreeLayout tree_layout(const Scene& scene) {
   TreeLayout to;
   to.tree_of.resize(all.meshes());
   for (std::size_t m = 0; m < to.tree_of.size(); ++m) {
-    if (!joins[m]) to.first.push_back(all.first[m]);
+    if (!joins[m]) to.first.push_back(all.first[m]), to.kinds.push_back(all.mesh_labels[m].kind);
     to.tree_of[m] = static_cast<std::uint32_t>(to.first.size() - 1);
   }
   to.first.push_back(all.first.back());

@@ -69,6 +69,7 @@ struct TreeLayout {
   std::vector<std::uint32_t> prims;    // of each, the number of its first triangle, and behind these their end
   std::vector<std::uint32_t> from;     // of each, the first of the scene's placements that it stands for
   std::vector<std::uint32_t> tree_of;  // of each mesh of the scene, its mesh here
+  std::vector<ShapeKind> kinds;        // of each mesh here
 
   /// Returns true if a mesh of the scene lies in one tree with others.
   bool shares(std::size_t mesh) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/geometry.h"
+#include "engine/model/shapes.h"
 
 namespace ballot {
 
@@ -36,6 +37,8 @@ struct MeshLabel {
   /// Its triangles lie in the world: it is placed once, with the identity. It may share a tree with others.
   bool in_world = false;
   std::uint32_t number = 0;  // by which callers name it; finish_scene() sets it
+  /// What it is made of. A mesh of shapes has a tree of its own.
+  ShapeKind kind = ShapeKind::Triangles;
 };
 
 /// What a placement is called.

@@ -37,7 +37,7 @@ struct Animation;  // animation.h
 struct Scene {
   std::string name;  // file name without folders and extension
   /// Mesh by mesh. In a flat scene they lie in the world, and the index is the prim of hits; numbering: see load.h.
-  /// The four lists that follow are of these triangles.
+  /// The lists that follow, up to shapes, are of these triangles.
   std::vector<Triangle> triangles;
   /// Unit normals, three per triangle; empty if no primitive of the file has normals.
   std::vector<std::array<glm::vec3, 3>> normals;
@@ -50,6 +50,8 @@ struct Scene {
   /// Colours of the vertices, three per triangle: linear RGBA, which multiply the base colour and alpha; empty if no
   /// primitive of the file has them.
   std::vector<std::array<glm::vec4, 3>> colors;
+  /// The shapes that triangles of a mesh stand in for (MeshLabel::kind); empty if there is no such mesh.
+  std::vector<Shape> shapes;
   SceneInstances instances;        // the meshes, and where they lie
   std::vector<Light> lights;       // KHR_lights_punctual
   Sky sky;                         // scene files have none: the caller sets it

@@ -50,6 +50,7 @@ void SceneStructure::exchange(Scene& scene) {
   scene.materials.swap(materials);
   scene.uvs.swap(uvs);
   scene.colors.swap(colors);
+  scene.shapes.swap(shapes);
 }
 
 /// Takes the scene's meshes and placements one by one, for other ones.
@@ -89,23 +90,26 @@ std::uint32_t SceneEdits::add_mesh(MeshGeometry mesh, std::optional<std::uint32_
   if (next_.mesh > kLastNumber)
     fail(Failure::Arguments, "mesh: the scene has had {} meshes; make a new one", next_.mesh);
   const std::uint32_t number = next_.mesh++;
-  const MeshLabel label{.name = static_cast<std::uint32_t>(names_.size()), .id = id.value_or(number), .number = number};
+  MeshLabel label{.name = static_cast<std::uint32_t>(names_.size()), .id = id.value_or(number), .number = number};
   names_.push_back(fmt::format("mesh {}", number));
+  label.kind = mesh.kind;
   meshes_.emplace(number, Mesh{label, {}, std::move(mesh)});
   return number;
 }
 
 void SceneEdits::replace_mesh(std::uint32_t mesh, MeshGeometry with) {
   Mesh& m = mesh_at(mesh);
+  m.label.kind = with.kind;
   m.made = std::move(with);
   m.moved = false;
 }
 
-void SceneEdits::move_mesh(std::uint32_t mesh, std::vector<Triangle> triangles) {
+void SceneEdits::move_mesh(std::uint32_t mesh, std::vector<Triangle> triangles, std::vector<Shape> shapes) {
   Mesh& m = mesh_at(mesh);
   m.moved = m.moved || !m.made;
   if (!m.made) m.made.emplace();
   m.made->triangles = std::move(triangles);
+  m.made->shapes = std::move(shapes);
 }
 
 void SceneEdits::remove_mesh(std::uint32_t mesh) {
@@ -246,6 +250,8 @@ void SceneEdits::gather(SceneStructure& to) {
   to.normals.resize(normals ? count : 0);
   to.colors.resize(scene_.colors.empty() ? 0 : count);
   for (std::size_t set = 0; set < kUvSets; ++set) to.uvs[set].resize(scene_.uvs[set].empty() ? 0 : count);
+  const auto has_shapes = [](const auto& m) { return m.second.label.kind != ShapeKind::Triangles; };
+  to.shapes.resize(std::ranges::any_of(meshes_, has_shapes) ? count : 0);
   std::size_t m = 0;
   for (const auto& [number, mesh] : meshes_) {
     const std::size_t first = to.instances.first[m], size = to.instances.first[m + 1] - first;
@@ -270,6 +276,8 @@ void SceneEdits::gather(SceneStructure& to) {
     for (std::size_t set = 0; set < kUvSets; ++set)
       copy_part(part_of(scene_.uvs[set], begin, had), to.uvs[set], first, size,
                 [](std::size_t) { return std::array<glm::vec2, 3>{}; });
+    const auto shapes = mesh.made ? std::span<const Shape>(mesh.made->shapes) : part_of(scene_.shapes, begin, had);
+    copy_part(shapes, to.shapes, first, size, [](std::size_t) { return Shape(); });
     ++m;
   }
 }

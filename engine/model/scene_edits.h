@@ -12,6 +12,8 @@ namespace ballot {
 struct MeshGeometry {
   std::vector<Triangle> triangles;                  // finite
   std::vector<std::array<glm::vec3, 3>> normals{};  // unit, three a triangle; none: those of the triangles
+  std::vector<Shape> shapes{};                      // that the triangles stand in for; none: they are triangles
+  ShapeKind kind = ShapeKind::Triangles;
 };
 
 /// Other meshes, or other placements, of a scene.
@@ -24,6 +26,7 @@ struct SceneStructure {
   std::vector<Material> materials;
   std::array<std::vector<std::array<glm::vec2, 3>>, kUvSets> uvs;
   std::vector<std::array<glm::vec4, 3>> colors;
+  std::vector<Shape> shapes;
   std::vector<std::optional<std::uint32_t>> same_as;  // each mesh: that of the scene whose triangles it has
 
   /// Gives a scene the structure and takes the scene's. Doing so twice leaves the scene as it was.
@@ -47,8 +50,8 @@ class SceneEdits {
   std::uint32_t add_mesh(MeshGeometry mesh, std::optional<std::uint32_t> id);
   /// Gives a mesh other triangles, any number of them. It keeps its placements, name and id.
   void replace_mesh(std::uint32_t mesh, MeshGeometry with);
-  /// Gives a mesh as many other triangles. It keeps all else.
-  void move_mesh(std::uint32_t mesh, std::vector<Triangle> triangles);
+  /// Gives a mesh as many other triangles, or as many other shapes and what stands in for them. It keeps all else.
+  void move_mesh(std::uint32_t mesh, std::vector<Triangle> triangles, std::vector<Shape> shapes = {});
   /// Removes a mesh and its placements.
   void remove_mesh(std::uint32_t mesh);
   /// Has a mesh lie in a tree of its own from now on.

@@ -127,6 +127,8 @@ class DeviceScene {
   /// Returns the number of triangles, counted through the instances, and the triangle in the world that a hit names.
   std::uint64_t triangle_count() const;
   Triangle triangle(std::uint32_t prim) const;
+  /// Returns the normal of a hit on a shape; none of one on a triangle.
+  std::optional<glm::vec3> shape_normal(const Hit& hit) const;
   /// Returns the tree. One that was built on the device is read back by the first call. Of a scene with instances only
   /// bounds and statistics are there: those of all meshes together.
   const Bvh& bvh() {

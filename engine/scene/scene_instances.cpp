@@ -54,15 +54,23 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
   const TreeLayout layout = tree_layout(scene);
   std::vector<MeshTree> meshes;
   std::unique_ptr<DeviceBuild> scratch;
+  BuildSettings whole =
+      settings;  // leaves with a part of what stands in for a shape do not hold that part of the shape
+  whole.split_budget = 0;
   std::size_t done = 0;
   for (const std::span<const Triangle> triangles : meshes_of(scene, layout)) {
+    const std::size_t m = meshes.size();
+    const ShapeKind kind = layout.kinds[m];
     const Progress part = [&](double share) {
       if (progress) progress((double(done) + share * double(triangles.size())) / double(scene.triangles.size()));
     };
-    if (const std::size_t m = meshes.size(); !known.empty() && known[m])
+    if (!known.empty() && known[m])
       meshes.push_back({triangles, known[m]->bvh, known[m]->extents, known[m]->there});
     else
-      meshes.push_back(build_mesh(gpu, triangles, settings, use_cache, part, scratch));
+      meshes.push_back(
+          build_mesh(gpu, triangles, kind == ShapeKind::Triangles ? settings : whole, use_cache, part, scratch));
+    if (kind != ShapeKind::Triangles)
+      meshes[m].kind = kind, meshes[m].shapes = std::span(scene.shapes).subspan(layout.first[m], triangles.size());
     done += triangles.size();
   }
   std::vector<std::uint32_t> names;
@@ -184,6 +192,11 @@ Triangle DeviceScene::triangle(std::uint32_t prim) const {
   const Forest::Place place = forest_->place_of(prim);
   late_.parts[forest_->mesh_of(place.instance)].bring();
   return forest_->triangle(place);
+}
+
+std::optional<glm::vec3> DeviceScene::shape_normal(const Hit& hit) const {
+  if (!forest_ || !features_.tree.shapes) return {};
+  return forest_->shape_normal(forest_->place_of(hit.prim), hit.u, hit.v);
 }
 
 std::uint64_t DeviceScene::triangle_count() const { return ballot::triangle_count(scene_); }

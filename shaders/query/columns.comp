@@ -135,10 +135,34 @@ vec3 moved(uint at, vec3 vertex) {
 }
 #endif
 
-uvec3 normal_of(uint prim) {
+#if BALLOT_MOVED
+// Returns the normal that u and v of a shape's hit tell, where the instance whose matrix begins at `at` has it, with
+// the bits of normal_of_shape() of engine/model/shapes.cpp.
+uvec3 shape_normal(uint at, uvec2 uv) {
+  precise double x = 2.0lf * widen(uintBitsToFloat(uv.x)) - 1.0lf, y = 2.0lf * widen(uintBitsToFloat(uv.y)) - 1.0lf;
+  precise double z = 1.0lf - abs(x) - abs(y), fold_x = 1.0lf - abs(y), fold_y = 1.0lf - abs(x);
+  dvec3 n = dvec3(x, y, z);
+  if (z < 0.0lf) n = dvec3(x < 0.0lf ? -fold_x : fold_x, y < 0.0lf ? -fold_y : fold_y, z);
+  double m[3][3];
+  for (uint k = 0u; k < 9u; ++k)
+    m[k / 3u][k % 3u] = widen(uintBitsToFloat(corner_table[at + 4u * (k / 3u) + k % 3u]));
+  precise double c[3][3], det;
+  for (uint k = 0u; k < 9u; ++k) {
+    uint r = k / 3u, i = (r + 1u) % 3u, j = (r + 2u) % 3u, p = (k + 1u) % 3u, q = (k + 2u) % 3u;
+    c[r][k % 3u] = m[i][p] * m[j][q] - m[i][q] * m[j][p];
+  }
+  det = m[0][0] * c[0][0] + m[0][1] * c[0][1] + m[0][2] * c[0][2];
+  precise dvec3 to = dvec3(c[0][0] * n.x + c[0][1] * n.y + c[0][2] * n.z, c[1][0] * n.x + c[1][1] * n.y + c[1][2] * n.z,
+                           c[2][0] * n.x + c[2][1] * n.y + c[2][2] * n.z);
+  return unit_bits(det < 0.0lf ? -to : to);
+}
+#endif
+
+uvec3 normal_of(uint prim, uvec2 uv) {
   if (prim == NO_HIT) return uvec3(0u);
 #if BALLOT_MOVED
   uint tree = find_tree(0u, push.instances, prim), at = push.instances + (CORNER_WORDS - 1u) * tree;
+  if (corner_table[at] == NO_HIT) return shape_normal(at + 1u, uv);
   uint first = 3u * (prim - corner_table[tree] + corner_table[at]);
   return unit_normal(moved(at + 1u, corners[first]), moved(at + 1u, corners[first + 1u]),
                      moved(at + 1u, corners[first + 2u]));
@@ -175,7 +199,7 @@ void main() {
   uvs[to] = record.uv;
 #endif
 #if WANTS(COLUMN_NORMALS)
-  normals[to] = normal_of(record.prim);
+  normals[to] = normal_of(record.prim, record.uv);
 #endif
 #if WANTS(COLUMN_FLAGS)
   if (i % 4u == 0u) write_flags(i);

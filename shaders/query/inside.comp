@@ -59,6 +59,12 @@ const float UNDERFLOW = 7.888609e-31;  // 2^-100
 
 // Returns true if the ray along +x crosses the triangle.
 bool crosses(Probe p, uint texel) {
+#if BALLOT_SHAPES
+  if (walks_shapes()) {  // whether the shape holds the point, which is what a ray from there would tell
+    vec3 normal, to = shape_foot(fetch_shape(leaf_texel(texel).w), p.at, normal);
+    return shape_dot(normal, to) > 0.0;
+  }
+#endif
   Corners v = corners_around(p, fetch_triangle(texel, AS_STORED));
   vec2 a = v.v0.yz, b = v.v1.yz, c = v.v2.yz;
   float e0 = side_value(b, c), e1 = side_value(c, a), e2 = side_value(a, b);

@@ -29,7 +29,7 @@ void take_within(Probe p, float limit, uint texel) {
   if (is_masked(PRIM_OF(texel))) return;
 #endif
   float inverse = 1.0 / p.scale;
-  precise float root = sqrt(nearest_of(around(p, texel)).distance2);
+  precise float root = sqrt(DISTANCE2_OF(p, texel));
   float distance = root * inverse;
   if (distance <= limit) {
     ++found;

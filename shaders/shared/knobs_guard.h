@@ -81,6 +81,9 @@
 #ifndef BALLOT_INSTANCES
 #error BALLOT_INSTANCES is not defined
 #endif
+#ifndef BALLOT_SHAPES
+#error BALLOT_SHAPES is not defined
+#endif
 #ifndef BALLOT_LARGE
 #error BALLOT_LARGE is not defined
 #endif

@@ -106,7 +106,7 @@
 // added to a triangle's number for the ranges, which follow if ids are theirs: their first triangles, then their ids.
 #define PLACEMENT_WORDS 4u
 // The words of BIND_CORNER_TABLE: for each instance its first triangle, of all; then for each where the triangles of
-// its tree begin in BIND_CORNERS, and the rows of its matrix, with the translation.
+// its tree begin in BIND_CORNERS, NO_HIT for shapes, and the rows of its matrix, with the translation.
 #define CORNER_WORDS 14u
 
 // shaders/query/made.comp: the lanes of a workgroup, the values of BALLOT_MADE, the most axes of questions, and of

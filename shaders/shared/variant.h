@@ -41,6 +41,8 @@
 // BALLOT_BOX_ORIGIN        1: boxes are measured from push.box_origin. 0: from zero.
 // BALLOT_INSTANCES         1: two levels, the trees of meshes below a tree of instances (lib/tree/instances.glsl).
 //                          0: one tree.
+// BALLOT_SHAPES            a bit for each kind of shape that the meshes of instances have (shapes.h). 0: triangles
+//                          alone.
 // BALLOT_LOOPS_CUT         1: the driver may end loops early, so kernels check that theirs ran to the end
 //                          (lib/frame/cut_loops.glsl).
 // BALLOT_UNIFORM_FLOW      1: the device has subgroup-uniform control flow.

@@ -116,7 +116,7 @@ bool meet_triangles(inout Walker w, uint block, uint last) {
 void step_leaf(inout Walker w, inout uint node) {
   bool done = false;
   if (is_at_leaf(node)) {
-#if defined(TRIANGLE_SETTLES) || BALLOT_LEAF_BOX
+#if defined(TRIANGLE_SETTLES) || BALLOT_LEAF_BOX || BALLOT_SHAPES
     visit_leaf(w, node, true);
     done = true;
 #else

@@ -84,6 +84,9 @@ TEST_F(ApiKernels, FindWhatTheBuiltInAnswersAreAndFollowTheScene) {
   place(among, later);
   expect_built_in_answers(kernel, among);
   expect_built_in_answers(kernel, flat);
+  const std::vector<float> at{0.2f, 0.2f, 1, 0.7f, 0.4f, 0.5f}, radii{0.3f, 0.4f};
+  ballot::Scene shapes(*device_, {grid_.mesh(), ballot::shapes("spheres", at, radii), ballot::shapes("boxes", at)});
+  expect_built_in_answers(kernel, shapes);
 }
 
 TEST_F(ApiKernels, ReadCornersAndPlacesOfWhatTheyHit) {

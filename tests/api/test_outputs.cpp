@@ -216,6 +216,31 @@ TEST_F(Outputs, OfFlatScenesThatMove) {
   }
 }
 
+TEST_F(Outputs, OfShapesAmongTriangles) {
+  const std::vector<float> solid = box(-0.2f, 0.3f, 0.4f), ends{0.2f, -0.4f, 0, 0.5f, 0.1f, 0.6f, -0.7f, 0.5f, -0.2f},
+                           radii{0.3f, 0.1f, 0.25f}, corners{-0.9f, -0.9f, -0.9f, -0.4f, -0.5f, -0.6f};
+  const std::vector<std::uint32_t> segments{0, 1, 1, 2};
+  const std::vector<float> places{1,    0,    0.2f, -0.7f, 0,     1,    0, 0,     0, 0, 1,      0,     // of triangles
+                                  0.9f, 0.3f, 0,    0.4f,  -0.3f, 0.9f, 0, 0.4f,  0, 0, 0.949f, 0.1f,  // of spheres
+                                  -1,   0,    0,    0.5f,  0,     1,    0, -0.2f, 0, 0, 1,      0};    // a mirror
+  ballot::Mesh spheres = ballot::shapes("spheres", ends, radii),
+               cones = ballot::shapes("capsules", ends, radii, segments);
+  spheres.id = 70, cones.id = 9;
+  for (const char* builder : {"balanced", "device"}) {
+    ballot::Scene scene(*device_, {mesh_of(solid, 3), spheres, cones, ballot::shapes("boxes", corners)},
+                        {.builder = builder});
+    compare(scene, builder);
+    const std::vector<std::uint32_t> of{0, 1, 2};
+    scene.add_instances(ballot::instances(places, of));
+    scene.commit();
+    compare_hits(scene, {});
+    std::vector<float> moved = ends;
+    moved[0] = -0.5f;
+    move(scene, 1, moved);
+    compare_hits(scene, {.cull = "back"});
+  }
+}
+
 TEST_F(Outputs, OfInstancesThatMoveAndAreEdited) {
   const std::vector<float> left = box(-0.2f, 0.3f, 0.4f), right = box(0.1f, 0.4f, 1.3f), moved = box(0.2f, 0.25f, 2.1f);
   const std::vector<float> places{1,    0,    0.2f, -0.7f, 0,     1, 0, 0,     0, 0, 1, 0,     // of mesh 0

@@ -139,6 +139,15 @@ void SceneData::follow_lights() {
   if (lights_) lights_->upload(gpu_lights(scene_));
 }
 
+void SceneData::need_triangles(const char* what) const {
+  if (features_.tree.shapes)
+    fail(
+        Failure::Arguments,
+        "scene '{}' has shapes other than triangles (spheres and the like), which {} does not take; expected triangles "
+        "alone",
+        scene_.name, what);
+}
+
 // Kernels compiled for every feature read zeros where the scene has no data, and white vertices. They then use the
 // geometric normal and the texture coordinates (0, 0).
 void SceneData::bind(Kernel& kernel) {

@@ -38,6 +38,7 @@ Renderer::~Renderer() = default;
 
 Film Renderer::start(const RenderOptions& options) const {
   check_options(options);
+  scene_.need_triangles("a picture");
   const bool waves = find_integrator(options.shading) != nullptr;
   const bool stats = !waves && (options.stats || find_shading(options.shading).heat);
   return make_film(options.width, options.height, options.window(), options.shard, waves && options.wants("variance"),

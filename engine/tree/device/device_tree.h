@@ -162,6 +162,8 @@ class DeviceTree {
   const Texels& top(Fetch fetch);
   /// Returns the top-level tree as the device has it.
   TopTree top_tree();
+  /// Returns what kernels read of shapes (shaders/shared/shapes.h). For facts().shapes alone.
+  const Buffer<glm::vec4>& shapes();
   const Texels& mesh_table(TreeFormatId id, const TreeAccess& access, LeafFormat leaves, Source source = Source::Host);
 
  private:
@@ -217,6 +219,8 @@ class DeviceTree {
   std::map<std::size_t, std::vector<JoinedArray*>> refitted_;  // of each mesh, by the last refit()
   std::map<TableKey, Table> tables_;                           // these of forests
   std::map<Fetch, Texels> tops_;
+  std::optional<Buffer<glm::vec4>> shapes_;  // made on first use
+  std::uint64_t shapes_of_ = 0;              // Forest::exchanges() of them
   std::unique_ptr<TopBuilder> top_builder_;  // null unless the device holds the top-level tree
   std::optional<bool> asked_on_device_;
   double walked_s_ = 0;

@@ -1,4 +1,6 @@
 // The top-level tree of a forest on the device, and how it follows instances that move.
+#include <bit>
+
 #include "engine/core/error.h"
 #include "engine/tree/device/device_tree.h"
 #include "engine/tree/device/tree_arrays.h"
@@ -141,6 +143,26 @@ const DeviceTree::Texels& DeviceTree::top(Fetch fetch) {
   Texels made(gpu_, top.texels.size(), access_for(fetch), "bvh top level");
   made.record_upload(top.texels);
   return tops_.emplace(fetch, std::move(made)).first->second;
+}
+
+const Buffer<glm::vec4>& DeviceTree::shapes() {
+  if (shapes_ && shapes_of_ == forest_->exchanges()) return *shapes_;
+  const std::vector<MeshTree>& meshes = forest_->meshes();
+  const auto word = [](std::size_t x) { return std::bit_cast<float>(std::uint32_t(x)); };
+  std::vector<glm::vec4> texels(meshes.size());
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const std::size_t size = meshes[m].kind == ShapeKind::Spheres ? 1 : 2;
+    texels[m] = {word(std::size_t(meshes[m].kind)), word(texels.size()), word(size), 0};
+    for (const Shape& s : meshes[m].shapes) {
+      texels.push_back(s.a);
+      if (size > 1) texels.push_back(s.b);
+    }
+  }
+  gpu_.finish();
+  shapes_.emplace(gpu_, texels.size(), Access::Storage, "shapes");
+  shapes_->upload(texels);
+  shapes_of_ = forest_->exchanges();
+  return *shapes_;
 }
 
 TopTree DeviceTree::top_tree() {

@@ -129,6 +129,10 @@ void Forest::count() {
   sum_ = {};
   tree_facts_ = {};
   sahs_.clear();
+  std::uint32_t kinds = 0;
+  for (const MeshTree& mesh : meshes_) kinds |= 1u << std::uint32_t(mesh.kind);
+  constexpr std::uint32_t kTrianglesAlone = 1u << SHAPE_TRIANGLE;
+  tree_facts_.shapes = kinds == kTrianglesAlone ? 0 : kinds;
   for (const MeshTree& mesh : meshes_) {
     add(sum_, mesh.bvh->stats);
     add(tree_facts_, facts_of(*mesh.bvh));
@@ -261,6 +265,11 @@ Forest::Place Forest::place_of(std::uint32_t prim) const {
   const auto next = std::ranges::upper_bound(first_of_, prim);
   const auto instance = std::uint32_t(next - first_of_.begin() - 1);
   return {instance, prim - first_of_[instance]};
+}
+
+std::optional<glm::vec3> Forest::shape_normal(const Place& place, float u, float v) const {
+  if (meshes_[mesh_of_[place.instance]].kind == ShapeKind::Triangles) return {};
+  return normal_of_shape(u, v, transforms()[place.instance]);
 }
 
 Triangle Forest::triangle(const Place& place) const {

@@ -6,6 +6,7 @@
 #include <glm/vec4.hpp>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "engine/tree/host/instance.h"
@@ -21,6 +22,8 @@ struct MeshTree {
   std::shared_ptr<Bvh> bvh;
   MeshExtents extents;
   std::shared_ptr<DeviceBuild> there = {};
+  std::span<const Shape> shapes = {};  // that the triangles stand in for; none: they are triangles
+  ShapeKind kind = ShapeKind::Triangles;
 };
 MeshTree make_mesh_tree(std::span<const Triangle> triangles, Bvh bvh);
 
@@ -122,6 +125,8 @@ class Forest {
   };
   /// Returns the place of a triangle by its number. `prim` must be one.
   Place place_of(std::uint32_t prim) const;
+  /// Returns the normal of a hit on a shape in the world (normal_of_shape()); none if it is on a triangle.
+  std::optional<glm::vec3> shape_normal(const Place& place, float u, float v) const;
   /// Returns a triangle in the world, moved in double precision and rounded.
   Triangle triangle(const Place& place) const;
 

@@ -68,7 +68,8 @@ Topology topology_of(const Forest& forest, std::size_t most) {
   Topology all;
   for (std::size_t i = 0; i < forest.size(); ++i) {
     std::optional<Topology>& mesh = of_mesh[forest.mesh_of(i)];
-    if (!mesh) mesh = topology_of(forest.meshes()[forest.mesh_of(i)].triangles, most);
+    const MeshTree& of = forest.meshes()[forest.mesh_of(i)];  // shapes have no edges
+    if (!mesh) mesh = topology_of(of.kind == ShapeKind::Triangles ? of.triangles : std::span<const Triangle>(), most);
     all.triangles += mesh->triangles, all.flat += mesh->flat, all.edges += mesh->edges, all.open += mesh->open;
     all.boundary += mesh->boundary, all.nonmanifold += mesh->nonmanifold, all.flipped += mesh->flipped;
     const auto add = [&](std::vector<FaultyEdge>& named, const std::vector<FaultyEdge>& edges) {

@@ -92,16 +92,19 @@ bool any(Ray ray) {
 
 #ifdef CALLED_INTERSECT
 // crosses() for triangles and shapes.
-bool crosses_any(Walker w, uint texel, out Hit hit, out Doubt doubt) {
+bool crosses_any(Walker w, uint texel, uint end, out Hit hit, out Doubt doubt) {
+#if BALLOT_SHAPES
+  if (walks_shapes()) return crosses_shape(w, texel, end, hit, doubt);
+#endif
   uint prim = fetch_triangle(texel, AS_STORED).a.w;
 #ifdef CALLED_IS_SHAPE
-  if (!is_shape(scene_prim(prim))) return crosses(w, texel, hit, doubt);
+  if (!is_shape(scene_prim(prim))) return crosses(w, texel, hit, doubt) && end == 0u;
 #endif
   float t, u, v;
   bool met = meets_shape(w.ray, prim, t, u, v) && t >= w.ray.t_min && t <= w.ray.t_max;
   hit = Hit(SCENE_T(t), SCENE_PRIM(prim), u, v);
   doubt = Doubt(false, hit.t, hit.t);
-  return met;
+  return met && end == 0u;
 }
 #endif
 
@@ -130,6 +133,13 @@ uint count(Ray ray) {
 
 #ifdef CALLED_ACCEPT
 bool is_accepted(Probe p, uint texel, uint prim) {
+#if BALLOT_SHAPES
+  if (walks_shapes()) {
+    ShapeNear s = shape_near(texel);
+    vec2 uv = octahedral_of(s.normal);
+    return accept(Hit(s.distance, prim, uv.x, uv.y));
+  }
+#endif
   Around t = around(p, texel);
   Near n = nearest_of(t);
   Foot f = foot_of(t, n);

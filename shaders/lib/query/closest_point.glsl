@@ -29,12 +29,28 @@ float reach_of(Probe p, float distance2) {
 bool is_accepted(Probe p, uint texel, uint prim);
 #endif
 
+#if BALLOT_SHAPES
+void store_shape(inout uvec4 first, inout uvec4 second, Probe p, Best best, float limit) {
+  ShapeNear n = shape_near(best.texel);
+  if (n.distance > limit) return;
+  vec2 uv = octahedral_of(n.normal);
+  precise vec3 to = vec3(move_x.x * n.to.x + move_x.y * n.to.y + move_x.z * n.to.z,
+                         move_y.x * n.to.x + move_y.y * n.to.y + move_y.z * n.to.z,
+                         move_z.x * n.to.x + move_z.y * n.to.y + move_z.z * n.to.z);
+  first = uvec4(floatBitsToUint(p.at + to), floatBitsToUint(n.distance));
+  second = uvec4(best.prim, floatBitsToUint(uv), 0u);
+#if BALLOT_SIDES
+  second.w = uint(shape_dot(n.normal, n.to) > 0.0);
+#endif
+}
+#endif
+
 void consider_nearest(Probe p, inout Best best, uint texel) {
   uint prim = PRIM_OF(texel);
 #if BALLOT_MASKS
   if (is_masked(prim)) return;
 #endif
-  float d = nearest_of(around(p, texel)).distance2;
+  float d = DISTANCE2_OF(p, texel);
 #ifdef CALLED_ACCEPT
   bool is_nearer = d < best.distance2 || (d == best.distance2 && prim < best.prim);
   if (is_nearer && is_accepted(p, texel, prim)) {
@@ -87,6 +103,11 @@ void store_nearest(uint index, Probe p, Best best, float limit) {
 #if BALLOT_INSTANCES
     enter_instance(p, best_instance);
 #endif
+#if BALLOT_SHAPES
+    if (walks_shapes()) {
+      store_shape(first, second, p, best, limit);
+    } else {
+#endif
     Around t = around(p, best.texel);
     Near n = nearest_of(t);
     Foot f = foot_of(t, n);
@@ -101,6 +122,9 @@ void store_nearest(uint index, Probe p, Best best, float limit) {
       second.w = uint(is_behind(n, f, best.prim));
 #endif
     }
+#if BALLOT_SHAPES
+    }
+#endif
   }
   if (!finish_walks(1u)) second.x = UNFINISHED;
   hit_words[2u * index] = first;

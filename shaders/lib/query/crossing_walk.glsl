@@ -12,11 +12,16 @@
           uint leaf = next_leaf();
           texel = (leaf & LEAF_TEXEL_MASK) + LEAF_HEADER_TEXELS;
           left = (leaf >> LEAF_COUNT_SHIFT & 7u) + 1u;
+#if BALLOT_SHAPES
+          left *= 2u;  // the ends of each span
+#endif
         }
         Hit hit;
         Doubt doubt;
 #ifdef CALLED_INTERSECT
-        bool crossed = crosses_any(w, texel, hit, doubt);
+        bool crossed = crosses_any(w, texel, END_OF(left), hit, doubt);
+#elif BALLOT_SHAPES
+        bool crossed = crosses_end(w, texel, END_OF(left), hit, doubt);
 #else
         bool crossed = crosses(w, texel, hit, doubt);
 #endif
@@ -38,7 +43,11 @@
 #if BALLOT_LISTS != LISTS_NONE && (!BALLOT_FIRST || BALLOT_EXACT)
         if (crossed) list(record_of(hit, scale));
 #endif
+#if BALLOT_SHAPES
+        texel += (left & 1u) * TRIANGLE_TEXELS;
+#else
         texel += TRIANGLE_TEXELS;
+#endif
         --left;
 #if BALLOT_ANY
         if (crossed) {

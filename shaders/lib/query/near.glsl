@@ -99,6 +99,31 @@ Around around(Probe p, uint texel) {
   return Around(at.v0, at.v1, at.v2, ab, bc, ca);
 }
 
+#if BALLOT_SHAPES
+// The nearest point of a shape, in the space of its mesh (lib/query/point_instances.glsl).
+struct ShapeNear {
+  vec3 to;         // from the point that is asked about
+  vec3 normal;     // outward
+  float distance;  // in the world
+};
+
+ShapeNear shape_near(uint texel) {
+  ShapeNear n;
+  n.to = shape_foot(fetch_shape(leaf_texel(texel).w), shape_point, n.normal);
+  n.distance = length_of(n.to) * shape_stretch;
+  return n;
+}
+
+float shape_distance2(Probe p, uint texel) {
+  precise float d = shape_near(texel).distance * p.scale;
+  return d * d;
+}
+#define DISTANCE2_OF(p, texel) \
+  (walks_shapes() ? shape_distance2(p, texel) : nearest_of(around(p, texel)).distance2)
+#else
+#define DISTANCE2_OF(p, texel) nearest_of(around(p, texel)).distance2
+#endif
+
 float box_distance2(Probe p, NodeBox box) {
   vec3 d = OUTSIDE_OF(p, box) * p.scale;
   return square(d);

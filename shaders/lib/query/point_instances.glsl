@@ -64,6 +64,24 @@ float top_near[TOP_STACK_SIZE];
 uint top_height;
 #endif
 
+#if BALLOT_SHAPES
+// The point that is asked about, in the space of the mesh, and what lengths there are multiplied by in the world. The
+// matrix turns, mirrors and stretches alike along all axes: others are refused for meshes of shapes.
+vec3 shape_point;
+float shape_stretch;
+
+void enter_shape_space(vec3 at) {
+  vec3 column = vec3(move_x.x, move_y.x, move_z.x);
+  float stretch2 = shape_dot(column, column), over = 1.0 / stretch2;
+  shape_stretch = sqrt(stretch2);
+  precise vec3 from = at - vec3(move_x.w, move_y.w, move_z.w);
+  precise vec3 turned = vec3(move_x.x * from.x + move_y.x * from.y + move_z.x * from.z,
+                             move_x.y * from.x + move_y.y * from.y + move_z.y * from.z,
+                             move_x.z * from.x + move_y.z * from.y + move_z.z * from.z) * over;
+  shape_point = turned;
+}
+#endif
+
 // Returns the corners of a triangle in the world.
 Corners moved_corners(TriangleTexels triangle) {
   vec3 x = uintBitsToFloat(triangle.a.xyz), y = uintBitsToFloat(triangle.b.xyz), z = uintBitsToFloat(triangle.c.xyz);
@@ -96,6 +114,9 @@ uint enter_instance(Probe p, uint number) {
   move_x = point_texel(at);
   move_y = point_texel(at + 1u);
   move_z = point_texel(at + 2u);
+#if BALLOT_SHAPES
+  if (walks_shapes()) enter_shape_space(p.at);
+#endif
   vec4 x = point_texel(at + 3u), y = point_texel(at + 4u), z = point_texel(at + 5u), t = point_texel(at + 6u),
        u = point_texel(at + 7u);
   vec3 to = (vec3(x.w, y.w, z.w) - p.at) * p.scale;  // in range, as sums of three need not be

@@ -93,19 +93,39 @@ bool crosses(Walker w, uint texel, out Hit hit, out Doubt doubt) {
 #if BALLOT_INSTANCES
   front = front != is_mirrored;
 #endif
-#if BALLOT_CULL == CULL_BACK
-  crossed = crossed && front;
-#elif BALLOT_CULL == CULL_FRONT
-  crossed = crossed && !front;
-#endif
-#if BALLOT_MASKS
-  if (crossed) crossed = !is_masked(hit.prim);
-#endif
-#if BALLOT_ALPHA
-  if (crossed) {
-    AT_TRIANGLE(hit.prim)
-    crossed = opacity(material_of(hit.prim), hit) > 0.0;
-  }
-#endif
+#include "crossing_filters.glsl"
   return crossed;
 }
+
+// The end of a span that is tested, by the number of ends that are left.
+#if BALLOT_SHAPES
+#define END_OF(left) ((left) & 1u)
+#else
+#define END_OF(left) 0u
+#endif
+
+#if BALLOT_SHAPES
+// The same for an end of a shape's span: 0 where the ray enters, 1 where it leaves. The front of a closed shape is its
+// outside, that of a disc where its normal points to.
+bool crosses_shape(Walker w, uint texel, uint end, out Hit hit, out Doubt doubt) {
+  uint prim = leaf_texel(texel).w;
+  Shape shape = fetch_shape(prim);
+  vec2 span;
+  bool crossed = shape_span(shape, w.ray, span) && end < shape_ends();
+  float t = span[end];
+  crossed = crossed && t >= w.ray.t_min && t <= w.ray.t_max;
+  vec3 normal = shape_normal(shape, w.ray, span, end);
+  vec2 uv = octahedral_of(normal);
+  hit = Hit(SCENE_T(t), SCENE_PRIM(prim), uv.x, uv.y);
+  doubt = Doubt(false, hit.t, hit.t);
+  bool front = shape_ends() == 1u ? shape_dot(normal, w.ray.dir) < 0.0 : end == 0u;
+#include "crossing_filters.glsl"
+  return crossed;
+}
+
+// The same for a triangle or a shape. A triangle has one crossing, which stands for end 0.
+bool crosses_end(Walker w, uint texel, uint end, out Hit hit, out Doubt doubt) {
+  if (walks_shapes()) return crosses_shape(w, texel, end, hit, doubt);
+  return crosses(w, texel, hit, doubt) && end == 0u;
+}
+#endif

@@ -27,6 +27,14 @@ uint narrow_bits(double value) {
   return bits == 0x80000000u ? 0u : bits;
 }
 
+// Returns a vector at length 1, as the bits of three numbers; zero for zero.
+uvec3 unit_bits(dvec3 n) {
+  precise double square = n.x * n.x + n.y * n.y + n.z * n.z;
+  if (square == 0.0lf) return uvec3(0u);
+  precise dvec3 unit = n * inverse_root(square);
+  return uvec3(narrow_bits(unit.x), narrow_bits(unit.y), narrow_bits(unit.z));
+}
+
 // Returns the bits of the three numbers.
 uvec3 unit_normal(vec3 vertex_a, vec3 vertex_b, vec3 vertex_c) {
   precise dvec3 a = widen(vertex_a), b = widen(vertex_b), c = widen(vertex_c), e = b - a, f = c - a;
@@ -37,8 +45,5 @@ uvec3 unit_normal(vec3 vertex_a, vec3 vertex_b, vec3 vertex_c) {
       precise double terms[6] = double[6](b.x * c.y, -(b.y * c.x), c.x * a.y, -(c.y * a.x), a.x * b.y, -(a.y * b.x));
       n[i] = exact_sum(terms);
     }
-  precise double square = n.x * n.x + n.y * n.y + n.z * n.z;
-  if (square == 0.0lf) return uvec3(0u);
-  precise dvec3 unit = n * inverse_root(square);
-  return uvec3(narrow_bits(unit.x), narrow_bits(unit.y), narrow_bits(unit.z));
+  return unit_bits(n);
 }

@@ -69,8 +69,34 @@ bool meets(Walker w, NodeBox box, out float entry) {
 #endif
 }
 
+#if BALLOT_SHAPES
+#include "../shape/shapes.glsl"
+
+// Tests a shape, and keeps its nearest hit that counts if that is the nearest so far.
+void consider_shape(inout Walker w, uint prim) {
+  Shape shape = fetch_shape(prim);
+  vec2 span;
+  if (!shape_span(shape, w.ray, span)) return;
+  [[unroll]] for (uint end = 0u; end < 2u; ++end) {
+    float t = span[end];
+    if (end >= shape_ends() || !may_count(w.space, t, w.ray, w.hit) || !nearer(w.space, t, prim, w.hit)) continue;
+    vec2 uv = octahedral_of(shape_normal(shape, w.ray, span, end));
+#ifdef CALLED_ACCEPT
+    if (!is_accepted(Hit(t, prim, uv.x, uv.y))) continue;
+#endif
+    w.hit = Hit(t, prim, uv.x, uv.y);
+  }
+}
+#endif
+
 // Tests the i-th triangle of a leaf block, and keeps its hit if that is the nearest so far.
 void consider(inout Walker w, uint block, uint i) {
+#if BALLOT_SHAPES
+  if (walks_shapes()) {
+    consider_shape(w, leaf_texel(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS).w);
+    return;
+  }
+#endif
   float t, u, v;
   TriangleTexels triangle = fetch_triangle(block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS, texel_order(w.space));
 #ifdef CALLED_INTERSECT

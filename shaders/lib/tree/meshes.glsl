@@ -19,6 +19,9 @@ uvec4 mesh_texel(uint texel) { return Texels(uvec2(top_push.meshes_lo, top_push.
 
 // Sets what the walk of a mesh reads instead of the push constants. Returns the mesh's root.
 uint enter_mesh(uint mesh) {
+#if BALLOT_SHAPES
+  enter_shapes(mesh);
+#endif
   uvec4 a = mesh_texel(mesh * MESH_TEXELS), b = mesh_texel(mesh * MESH_TEXELS + 1u),
         c = mesh_texel(mesh * MESH_TEXELS + 2u), d = mesh_texel(mesh * MESH_TEXELS + 3u);
   push.scene_lo = uintBitsToFloat(a.xyz);

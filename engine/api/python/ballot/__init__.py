@@ -7,6 +7,7 @@
     image = ballot.render(scene, width=640, height=480)
 
 Devices   Device opens one; without it, everything shares default_device(): the best GPU, else a CPU device.
+Shapes    spheres, discs, capsules, boxes stand where a mesh is asked for.
 Scenes    Scene, load_scene; Scene.set_vertices moves vertices, Scene.set_time plays animations; a Job traces meanwhile.
 Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
@@ -75,6 +76,7 @@ from ._patterns import Grid, Pattern, frames, grid, hemisphere, lidar
 from ._picture import Picture, render
 from ._raycasting import RaycastingScene
 from ._scene import Scene
+from ._shapes import Shapes, boxes, capsules, discs, spheres
 
 __version__ = version()
 
@@ -103,11 +105,15 @@ __all__ = [
     "RaycastingScene",
     "Scene",
     "SceneInfo",
+    "Shapes",
     "Times",
     "bench",
+    "boxes",
+    "capsules",
     "commit",
     "default_device",
     "devices",
+    "discs",
     "frames",
     "grid",
     "hemisphere",
@@ -115,6 +121,7 @@ __all__ = [
     "load_scene",
     "names",
     "render",
+    "spheres",
     "trimesh_ray",
     "version",
 ]

@@ -6,11 +6,15 @@ from typing import Any
 
 import numpy as np
 
-_TAKEN = "(vertices, triangles), or a mesh of trimesh, Open3D, PyVista or meshio"
+from ._shapes import Shapes
+
+_TAKEN = "(vertices, triangles), shapes, or a mesh of trimesh, Open3D, PyVista or meshio"
 
 
 def parts(given: Any, name: str) -> tuple[Any, Any]:
     """Returns vertices and triangles of a pair, or of a mesh of another library."""
+    if isinstance(given, Shapes):
+        return given, None
     if isinstance(given, (tuple, list)) and len(given) == 2:
         return given[0], given[1]
     found = read(given, name)
@@ -22,6 +26,8 @@ def parts(given: Any, name: str) -> tuple[Any, Any]:
 def read(given: Any, name: str) -> tuple[Any, Any] | None:
     """Returns vertices and triangles of a mesh of another library; None if it is none that is known. Raises ValueError
     if it is known but holds what is no triangle."""
+    if isinstance(given, Shapes):
+        return given, None
     if _has(given, "vertex", "triangle"):  # open3d.t.geometry.TriangleMesh
         if not (_has(given.vertex, "positions") and _has(given.triangle, "indices")):
             raise ValueError(f"{name}: the mesh has no vertices or no triangles; leave empty meshes out")

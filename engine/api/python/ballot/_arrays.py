@@ -218,17 +218,19 @@ def flat(array: np.ndarray) -> np.ndarray:
     return array.view(np.uint8) if array.dtype == np.bool_ else array
 
 
-def indices(given: Any, name: str) -> np.ndarray:
-    """Returns triangles as flat uint16 or uint32. Copies other integers, and arrays that are not contiguous."""
+def indices(given: Any, name: str, each: int = 3) -> np.ndarray:
+    """Returns triangles, or what has `each` corners, as flat uint16 or uint32.
+
+    Copies other integers, and arrays that are not contiguous."""
     array = as_numpy(given, name)
     if isinstance(given, (list, tuple)) and array.dtype == np.float64 and np.all(array == np.floor(array)):
         array = array.astype(np.int64)
     if array.dtype.kind not in "iu":
         raise TypeError(f"{name}: dtype is {array.dtype}; expected uint32, uint16 or another type of integers")
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"{name}: shape is {array.shape}; expected (m, 3)")
+    if array.ndim != 2 or array.shape[1] != each:
+        raise ValueError(f"{name}: shape is {array.shape}; expected (m, {each})")
     if array.shape[0] == 0:
-        raise ValueError(f"{name}: no triangles; leave empty meshes out")
+        raise ValueError(f"{name}: none are given; leave empty meshes out")
     if array.dtype not in (np.uint16, np.uint32) or not array.dtype.isnative:
         low, high = int(array.min()), int(array.max())
         if low < 0 or high > 0xFFFFFFFF:

@@ -102,7 +102,8 @@ class Edits:
             self._held[number] = on
             return
         known = self._changed.get(number) or self._own.get(number)
-        positions = _mesh.positions(vertices, f"mesh {number}: vertices", known is None or known.indices is None)
+        corners = known is None or (known.indices is None and known.kind is None)
+        positions = _mesh.positions(vertices, f"mesh {number}: vertices", corners)
         self._handle.set_vertices(number, positions)
         self._edited = True
         self._held[number] = positions
@@ -182,6 +183,10 @@ class Edits:
                 self._own.pop(number, None)
             else:
                 self._own[number] = mesh
+        for number, at in held.items():
+            own = self._own.get(number) if isinstance(number, int) else None
+            if own is not None and own.kind:  # whose vertices nobody else can tell
+                self._own[number] = own._replace(vertices=at.copy() if isinstance(at, np.ndarray) else at.read())
         self._moved.update(n for n in held if isinstance(n, int) and self._own.get(n) is None)
         self._boxes = self._places = None
 

@@ -17,6 +17,8 @@ class Mesh(NamedTuple):
     indices: np.ndarray | None  # (3 m,) uint16 or uint32
     id: int
     normals: np.ndarray | None  # (n, 3) float32
+    kind: str | None = None  # of shapes; None: triangles
+    radii: np.ndarray | None = None  # (n,) float32, of shapes
 
 
 def vectors(given: Any, name: str) -> np.ndarray:
@@ -75,6 +77,11 @@ def _own(array: np.ndarray, given: Any) -> np.ndarray:
 
 def make(vertices: Any, triangles: Any, mesh_id: Any, normals: Any, where: str, soup: bool) -> Mesh:
     """Returns a mesh of checked arrays. `soup`: every three rows of vertices without triangles are one."""
+    number = _query.integer(mesh_id, f"{where}: id", 0, 0xFFFFFFFF)
+    if hasattr(vertices, "radii"):  # shapes, which are checked
+        if triangles is not None or normals is not None:
+            raise ValueError(f"{where}: found triangles or normals beside shapes; expected shapes alone")
+        return Mesh(vertices.vertices, vertices.indices, number, vertices.normals, vertices.kind, vertices.radii)
     corners = triangles is None
     v = positions(vertices, f"{where}: vertices", corners)
     if len(v) == 0:
@@ -92,12 +99,14 @@ def make(vertices: Any, triangles: Any, mesh_id: Any, normals: Any, where: str, 
         if n.shape != v.shape:
             raise ValueError(f"{where}: normals: shape is {n.shape}; expected {v.shape}, one for each vertex")
         v, n = _arrays.contiguous(v), _arrays.contiguous(n)
-    return Mesh(v, t, _query.integer(mesh_id, f"{where}: id", 0, 0xFFFFFFFF), n)
+    return Mesh(v, t, number, n)
 
 
 def kept(mesh: Mesh, normals: Any) -> Mesh:
     """Returns the mesh without its vertices and indices, which the scene can tell, and with normals that nobody else
-    changes."""
+    changes. Of shapes it tells all."""
+    if mesh.kind:
+        return Mesh(*(part.copy() if isinstance(part, np.ndarray) else part for part in mesh))
     return Mesh(
         np.empty((len(mesh.vertices), 0), np.float32),
         None if mesh.indices is None else np.empty(0, np.uint32),
@@ -113,6 +122,8 @@ def readable(parts: Iterable[Any]) -> tuple[Any, ...]:
 
 def restored(mesh: Mesh, corners: np.ndarray, indices: np.ndarray) -> Mesh:
     """Returns the mesh with vertices again, from the corners (m, 3, 3) of its triangles, and with its indices."""
+    if mesh.kind:
+        return mesh
     corners = corners.reshape(-1, 3)
     if mesh.indices is None:
         return mesh._replace(vertices=corners.copy())

@@ -8,6 +8,7 @@ namespace {
 using Triples = nb::ndarray<const float, nb::shape<-1, 3>, nb::device::cpu>;
 using Matrices = nb::ndarray<const float, nb::shape<-1, 12>, nb::c_contig, nb::device::cpu>;
 using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Radii = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Indices16 = nb::ndarray<const std::uint16_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 /// Vectors of three numbers, and the bytes from one to the next. Keeps the array.
@@ -25,7 +26,8 @@ struct Vectors {
   std::span<const float> numbers;
 };
 
-/// A mesh as Python gives it: (vertices, flat indices or None, id, normals or None). Keeps its arrays.
+/// A mesh as Python gives it: (vertices, flat indices or None, id, normals or None, kind of shapes or None, radii or
+/// None). Keeps its arrays.
 struct MeshArrays {
   explicit MeshArrays(const nb::tuple& given) : vertices(given[0]) {
     mesh = ballot::mesh(vertices.numbers, std::span<const std::uint32_t>(), vertices.stride);
@@ -37,6 +39,13 @@ struct MeshArrays {
       mesh.index_type = are_long ? BALLOT_INDEX_U32 : BALLOT_INDEX_U16;
     }
     mesh.id = nb::cast<std::uint32_t>(given[2]);
+    if (!given[4].is_none()) kind = std::make_shared<std::string>(nb::cast<std::string>(given[4])), mesh.shapes = *kind;
+    if (!given[5].is_none()) {
+      radii = nb::cast<Radii>(given[5], false);
+      if (radii.size() != vertices.array.shape(0))
+        throw Error(BALLOT_ERROR_ARGUMENT, "radii: expected as many as vertices");
+      mesh.radii = radii.data();
+    }
     if (given[3].is_none()) return;
     normals.emplace(given[3]);
     if (normals->stride != vertices.stride || normals->array.shape(0) != vertices.array.shape(0))
@@ -47,6 +56,8 @@ struct MeshArrays {
   Indices indices;
   Indices16 indices16;
   std::optional<Vectors> normals;
+  std::shared_ptr<std::string> kind;  // lies where it is while this is copied
+  Radii radii;
   Mesh mesh;
 };
 

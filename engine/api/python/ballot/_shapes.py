@@ -1,0 +1,104 @@
+"""Shapes other than triangles, which stand where a mesh is asked for."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import _arrays, _mesh
+
+
+class Shapes(NamedTuple):
+    """A mesh of spheres, discs, capsules or boxes, as their functions return it. Scene, add_mesh() and replace_mesh()
+    take it in the place of a mesh.
+
+    A ray enters a closed shape and leaves it: two hits, of which the nearest counts, or the second where the ray starts
+    inside. u and v of a hit tell its outward normal; column "normals" has it. The front of a closed shape is its
+    outside, of a disc the side of its normal. A prim is a shape's number. Such a mesh lies in a tree of its own.
+    Numeric modes "exact" and "fast", pictures and make_rays() are of triangles. set_vertices() moves the vertices.
+    """
+
+    kind: str
+    vertices: np.ndarray  # (n, 3) float32
+    indices: np.ndarray | None
+    radii: np.ndarray | None  # (n,) float32
+    normals: np.ndarray | None  # (n, 3) float32
+
+
+def _radii(given: Any, count: int, name: str) -> np.ndarray:
+    """Returns radii (count,) float32, of one for all as well."""
+    array = _arrays.as_numpy(given, name)
+    if array.ndim == 0:
+        array = np.full(count, array)
+    if array.ndim != 1 or array.dtype.kind not in "iuf" or len(array) != count:
+        raise ValueError(f"{name}: shape is {array.shape}, dtype {array.dtype}; expected a number, or ({count},)")
+    wrong = np.nonzero(~((array >= 0) & (array <= 1e12)))[0]
+    if len(wrong):
+        raise ValueError(f"{name}: radius {wrong[0]} is {array[wrong[0]]}; expected 0 to 1e12")
+    return _arrays.contiguous(array, np.float32)
+
+
+def _vertices(given: Any, name: str) -> np.ndarray:
+    found = _arrays.contiguous(_mesh.positions(given, name), np.float32)
+    if len(found) == 0:
+        raise ValueError(f"{name}: shape is {found.shape}: none; leave empty meshes out")
+    return found
+
+
+def spheres(centers: Any, radii: Any) -> Shapes:
+    """Returns spheres: a point cloud, particles. A sphere of radius 0 is never hit.
+
+    centers  (n, 3) float32 or float64
+    radii    (n,), or one for all; 0 to 1e12
+
+    >>> scene = ballot.Scene(ballot.spheres([[0, 0, 0], [4, 0, 0]], 1))
+    >>> scene.trace([[0, 0, 5, 0, 0, -1]])["t"].tolist()
+    [4.0]
+    """
+    v = _vertices(centers, "centers")
+    return Shapes("spheres", v, None, _radii(radii, len(v), "radii"), None)
+
+
+def discs(centers: Any, normals: Any, radii: Any) -> Shapes:
+    """Returns flat discs, met from both sides: surfels. A disc of radius 0 is never hit.
+
+    centers  (n, 3) float32 or float64
+    normals  (n, 3) of any length but 0
+    radii    (n,), or one for all; 0 to 1e12
+    """
+    v = _vertices(centers, "centers")
+    n = _arrays.contiguous(_mesh.vectors(normals, "normals"), np.float32)
+    if n.shape != v.shape:
+        raise ValueError(f"normals: shape is {n.shape}; expected {v.shape}, one for each center")
+    return Shapes("discs", v, None, _radii(radii, len(v), "radii"), n)
+
+
+def capsules(points: Any, radii: Any, segments: Any = None) -> Shapes:
+    """Returns capsules, each the convex hull of two spheres: hair, cables, pipes. Where the radii differ it is a cone
+    with round ends.
+
+    points    (n, 3) float32 or float64
+    radii     (n,) of the points, or one for all; 0 to 1e12
+    segments  (m, 2) integers: the ends of each; None: points 0 1, 2 3, ...
+    """
+    v = _vertices(points, "points")
+    t = None
+    if segments is None:
+        if len(v) % 2:
+            raise ValueError(f"points: shape is {v.shape}; expected an even number, two of each capsule, or segments")
+    else:
+        t = _arrays.indices(segments, "segments", 2)
+    return Shapes("capsules", v, t, _radii(radii, len(v), "radii"), None)
+
+
+def boxes(low: Any, high: Any) -> Shapes:
+    """Returns boxes along the axes, from two opposite corners; instances turn them. One that is flat along two axes is
+    never hit.
+
+    low, high  (n, 3) float32 or float64
+    """
+    a, b = _vertices(low, "low"), _vertices(high, "high")
+    if a.shape != b.shape:
+        raise ValueError(f"high: shape is {b.shape}; expected {a.shape}, as that of low")
+    return Shapes("boxes", np.stack([a, b], 1).reshape(-1, 3), None, None, None)

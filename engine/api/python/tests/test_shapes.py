@@ -1,0 +1,103 @@
+"""Shapes other than triangles stand where a mesh is asked for."""
+
+import pickle
+import unittest
+
+import numpy as np
+
+import ballot
+
+
+class ShapesTest(unittest.TestCase):
+    def test_spheres_are_hit_where_they_are(self):
+        rng = np.random.default_rng(1)
+        centers, radii = rng.uniform(-1, 1, (400, 3)), rng.uniform(0.01, 0.1, 400)
+        scene = ballot.Scene(ballot.spheres(centers.astype(np.float32), radii))
+        rays = np.concatenate([rng.uniform(-3, 3, (2000, 3)), rng.normal(size=(2000, 3))], 1)
+        rays[:, 3:] = -rays[:, :3] + 0.3 * rays[:, 3:]
+        rays = rays.astype(np.float32)
+        o, d = rays[:, None, :3].astype(np.float64), rays[:, None, 3:].astype(np.float64)
+        f = o - centers.astype(np.float32)
+        a, b, c = (d * d).sum(-1), (f * d).sum(-1), (f * f).sum(-1) - radii**2
+        with np.errstate(invalid="ignore"):
+            t = np.where(b * b >= a * c, (-b - np.sqrt(b * b - a * c)) / a, np.inf)
+        t[t < 0] = np.inf
+        hits = scene.trace(rays)
+        self.assertGreater((hits["prim"] != ballot.MISS).sum(), 500)
+        near = np.isfinite(t.min(1))
+        self.assertLess((near != (hits["prim"] != ballot.MISS)).sum(), 3)  # rims
+        both = near & (hits["prim"] != ballot.MISS)
+        self.assertLess(np.median(abs(hits["t"][both] - t.min(1)[both])), 1e-6)
+        columns = scene.trace_columns(rays, ("normals", "prims", "t"))
+        at = rays[both, :3] + columns["t"][both, None] * rays[both, 3:]
+        out = (at - centers[columns["prims"][both]]) / radii[columns["prims"][both], None]
+        self.assertLess(abs(columns["normals"][both] - out).max(), 1e-3)
+        self.assertLess(np.median(abs(columns["normals"][both] - out)), 2e-5)
+
+    def test_mixed_scenes_are_edited(self):
+        triangle = ([[-1, -1, 5], [1, -1, 5], [0, 1, 5]], [[0, 1, 2]])
+        box, disc = ballot.boxes([[-1, -1, 2]], [[1, 1, 3]]), ballot.discs([[0, 0, 1]], [[0, 0, 2]], 0.5)
+        scene = ballot.Scene(meshes=[triangle, box, disc])
+        ray = [[0, 0, 0, 0, 0, 1]]
+        self.assertEqual(scene.trace(ray)["t"].tolist(), [1])
+        self.assertEqual(scene.count_crossings(ray).tolist(), [4])
+        self.assertEqual(scene.crossings(ray).hits["t"].tolist(), [1, 2, 3, 5])
+        self.assertEqual(scene.count_crossings(ray, cull="back").tolist(), [1])
+        scene.remove_mesh(2)
+        number = scene.add_mesh(ballot.capsules([[0, 0, 0.5], [0, 0, 1]], [0.25, 0.25]))
+        scene.add_instances(np.eye(4)[None], number)
+        scene.commit()
+        self.assertEqual(scene.trace(ray)["t"].tolist(), [0.25])
+        scene.set_vertices(number, [[0, 0, 1], [0, 0, 1.5]])
+        scene.commit()
+        self.assertEqual(scene.trace(ray)["t"].tolist(), [0.75])
+        again = pickle.loads(pickle.dumps(scene))
+        self.assertEqual(again.crossings(ray).hits["t"].tolist(), [0.75, 1.75, 2, 3, 5])
+
+    def test_ellipsoids_are_instances(self):
+        matrix = np.diag([1.0, 1, 3, 1])
+        scene = ballot.Scene(ballot.spheres([[0, 0, 0]], 1), instances=matrix[None])
+        columns = scene.trace_columns([[0, 0, -9, 0, 0, 1], [0.6, 0, -9, 0, 0, 1]], ("t", "normals"))
+        np.testing.assert_allclose(columns["t"], [6, 9 - 3 * 0.8], rtol=1e-6)
+        n = np.array([0.6, 0, -0.8 / 3])
+        np.testing.assert_allclose(columns["normals"], [[0, 0, -1], n / np.linalg.norm(n)], atol=1e-6)
+        with self.assertRaisesRegex(ValueError, "unevenly"):
+            scene.nearest([[0, 0, 5]])
+
+    def test_points_near_shapes(self):
+        scene = ballot.Scene(meshes=[ballot.spheres([[0, 0, 0]], 1), ballot.boxes([[3, -1, -1]], [[5, 1, 1]])])
+        points = [[0, 0, 3], [0, 0, 0.25], [4, 0, 0.5], [4, 3, 0]]
+        near = scene.nearest(points)
+        np.testing.assert_allclose(near["distance"], [2, 0.75, 0.5, 2], rtol=1e-6)
+        np.testing.assert_allclose(near["point"], [[0, 0, 1], [0, 0, 1], [4, 0, 1], [4, 1, 0]], atol=1e-6)
+        self.assertEqual(scene.inside(points).tolist(), [False, True, True, False])
+        np.testing.assert_allclose(scene.signed_distance(points), [2, -0.75, -0.5, 2], rtol=1e-6)
+
+    def test_bad_shapes(self):
+        for bad, text in (
+            (lambda: ballot.spheres([[0, 0, 0]], -1), "radius 0 is -1"),
+            (lambda: ballot.spheres([[0, 0, 0]], np.nan), "radius 0 is nan"),
+            (lambda: ballot.spheres([[0, 0, 0]], [1, 2]), "expected a number"),
+            (lambda: ballot.spheres(np.zeros((0, 3)), 1), "none"),
+            (lambda: ballot.discs([[0, 0, 0]], [[0, 0, 1], [0, 0, 1]], 1), "one for each center"),
+            (lambda: ballot.Scene(ballot.discs([[0, 0, 0]], [[0, 0, 0]], 1)), "normal of vertex 0"),
+            (lambda: ballot.capsules([[0, 0, 0]], 1), "even number"),
+            (lambda: ballot.Scene(ballot.capsules([[0, 0, 0]], 1, [[0, 7]])), "index 1 is 7"),
+            (lambda: ballot.boxes([[0, 0, 0]], [[0, 0, 0], [1, 1, 1]]), "as that of low"),
+            (lambda: ballot.Scene(ballot.spheres([[0, 0, 0]], 1), [[0, 1, 2]]), "expected shapes alone"),
+            (lambda: ballot.Scene(ballot.spheres([[0, 0, np.inf]], 1)), "vertex 0"),
+        ):
+            with self.assertRaisesRegex(ValueError, text):
+                bad()
+        scene = ballot.Scene(ballot.spheres([[0, 0, 0]], 1))
+        for numeric in ("exact", "fast"):
+            with self.assertRaisesRegex(ValueError, "shapes"):
+                scene.trace([[0, 0, 5, 0, 0, -1]], numeric=numeric)
+        with self.assertRaisesRegex(ValueError, "picture"):
+            ballot.render(scene, width=8, height=8)
+        with self.assertRaisesRegex(ValueError, "discs"):
+            ballot.Scene(ballot.discs([[0, 0, 0]], [[0, 0, 1]], 1)).inside([[0, 0, 0]])
+
+
+if __name__ == "__main__":
+    unittest.main()

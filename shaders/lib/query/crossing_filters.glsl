@@ -1,0 +1,16 @@
+// What leaves out a crossing, a piece of the body of a function: it takes the `hit`, and whether the ray comes from its
+// `front`, and makes `crossed` false.
+#if BALLOT_CULL == CULL_BACK
+  crossed = crossed && front;
+#elif BALLOT_CULL == CULL_FRONT
+  crossed = crossed && !front;
+#endif
+#if BALLOT_MASKS
+  if (crossed) crossed = !is_masked(hit.prim);
+#endif
+#if BALLOT_ALPHA
+  if (crossed) {
+    AT_TRIANGLE(hit.prim)
+    crossed = opacity(material_of(hit.prim), hit) > 0.0;
+  }
+#endif
