@@ -1,6 +1,7 @@
 #include "engine/answer/query_kernel.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "engine/answer/columns.h"
@@ -16,14 +17,17 @@ namespace ballot {
 namespace {
 
 /// Returns the variant whose kernel configuration query kernels take.
-Variant variant_for(const DeviceInfo& device, bool wide, const NumericMode& numeric = find_numeric(kDefaultNumeric)) {
+Variant variant_for(const DeviceInfo& device, bool wide, const OwnText& own = {}) {
   const Method& method = find_method(wide ? "bvh8" : "while-while");
-  return {&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, device, {{"launch", "plain"}})};
+  const NumericMode& numeric = find_numeric(own.numeric);
+  Knobs knobs = {{"launch", "plain"}};
+  if (own.included) knobs["stack"] = "private";  // shared memory is the program's
+  return {&method, &numeric, Want::Nearest, kernel_config_for(method, numeric, device, knobs)};
 }
 
 /// The same for a tree whose arrays may need another way to read them.
-Variant variant_for(const DeviceInfo& device, bool wide, const NumericMode& numeric, const DeviceTree& tree) {
-  Variant variant = variant_for(device, wide, numeric);
+Variant variant_for(const DeviceInfo& device, bool wide, const OwnText& own, const DeviceTree& tree) {
+  Variant variant = variant_for(device, wide, own);
   variant.config.fetch = tree.fitting_fetch(variant.config.fetch);
   return variant;
 }
@@ -44,6 +48,11 @@ KernelSource source_of(const std::string& name, const Variant& variant, const De
 
 void take_text(KernelSource& source, const OwnText& own) {
   if (!own.text.empty()) source.text = own.text, source.name = own.name, source.robust = true;
+  if (!own.included) return;
+  source.defines.emplace_back("CALLED_STACK", source.constants.at(SPEC_STACK_SIZE));
+  const auto top = source.constants.find(SPEC_TOP_STACK);
+  if (top != source.constants.end()) source.defines.emplace_back("CALLED_TOP_STACK", top->second);
+  source.constants.clear();
 }
 
 constexpr std::uint64_t kFewOnCpu = 64;  // invocations of a user's text, which may take long
@@ -53,11 +62,11 @@ const BuildSettings kWhole{.builder = BuilderId::Balanced};
 /// Returns true if some triangle lies in several leaves.
 bool has_splits(const Bvh& bvh) { return bvh.stats.references + bvh.stats.degenerate != bvh.stats.triangles; }
 
+}  // namespace
+
 bool is_made_from(const KernelSource& a, const KernelSource& b) {
   return a.defines == b.defines && a.constants == b.constants;
 }
-
-}  // namespace
 
 KernelSource query_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
                           const Defines& defines, bool wide) {
@@ -66,7 +75,7 @@ KernelSource query_source(const std::string& name, const DeviceInfo& device, con
 
 KernelSource own_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
                         const Defines& defines, const OwnText& own) {
-  KernelSource source = source_of(name, variant_for(device, false, find_numeric(own.numeric)), device, tree, defines);
+  KernelSource source = source_of(name, variant_for(device, false, own), device, tree, defines);
   take_text(source, own);
   return source;
 }
@@ -108,7 +117,7 @@ QueryKernel::QueryKernel(Context& gpu, DeviceTree& tree, std::string name, Defin
       constants_(std::move(constants)),
       own_(std::move(own)),
       numeric_(find_numeric(own_.numeric)),
-      config_(variant_for(gpu.info(), wide, numeric_, tree).config),
+      config_(variant_for(gpu.info(), wide, own_, tree).config),
       work_(gpu, 1, Access::Storage, "query work counter"),
       size_(own_.text.empty() ? LaunchSize() : LaunchSize(gpu.info().is_cpu() ? kFewOnCpu : LaunchSize::kLeast)) {}
 
@@ -118,7 +127,7 @@ std::uint32_t QueryKernel::most() const {
 }
 
 void QueryKernel::prepare() {
-  const Variant variant = variant_for(gpu_.info(), wide_, numeric_, tree_);
+  const Variant variant = variant_for(gpu_.info(), wide_, own_, tree_);
   KernelSource source_now = source_of(name_, variant, gpu_.info(), tree_.facts(), defines_);
   source_now.constants.insert(constants_.begin(), constants_.end());
   take_text(source_now, own_);
@@ -134,10 +143,19 @@ void QueryKernel::prepare() {
   const TreeFormatId format = wide_ ? TreeFormatId::Bvh8 : TreeFormatId::Pair;
   arrays_ = {tree_, {format, numeric_.leaves, config_.tree_access(), !wide_, source}};
   arrays_.bind(*kernel_, config_.fetch);
-  kernel_->bind(BIND_WORK, work_);
+  if (kernel_->wants(BIND_WORK)) kernel_->bind(BIND_WORK, work_);
   if (kernel_->wants(BIND_HITS)) kernel_->bind(BIND_HITS, work_);  // for kernels that write no hits
   generation_ = tree_.generation();
   gpu_.save_pipeline_cache();
+}
+
+void QueryKernel::bind_pushes(const TreePiece& from) {
+  const TracePushes pushes = arrays_.pushes(tree_, from);
+  if (!pushed_) pushed_.emplace(gpu_, 1, Access::Uniform, "what calls of a scene know of it");
+  TracePushes before;
+  pushed_->download(std::span(&before, 1));
+  if (std::memcmp(&before, &pushes, sizeof pushes) != 0) pushed_->upload(std::span(&pushes, 1));
+  kernel_->bind(BIND_PUSHED, *pushed_);
 }
 
 double QueryKernel::launch_ms() const { return gpu_.launch_ms() > 0 ? gpu_.launch_ms() : kInterruptibleLaunch; }

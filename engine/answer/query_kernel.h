@@ -4,7 +4,9 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "engine/answer/kernel_arrays.h"
 #include "engine/answer/launch_size.h"
@@ -29,7 +31,11 @@ using SpecConstants = std::map<std::uint32_t, std::uint32_t>;
 struct OwnText {
   std::string text, name;
   std::string_view numeric = kDefaultNumeric;
+  bool included = false;  // its calls stand in a program's own shader: CALLED_INCLUDED (shaders/lib/frame/kernel.glsl)
 };
+
+/// Returns true if two sources of one text are compiled alike.
+bool is_made_from(const KernelSource& a, const KernelSource& b);
 
 /// Returns the source of a kernel with such a text, as if it were shaders/query/NAME.comp.
 KernelSource own_source(const std::string& name, const DeviceInfo& device, const TreeFacts& tree,
@@ -60,6 +66,12 @@ class QueryKernel {
   void bind(const std::function<void(Kernel&)>& binds) { binds(*kernel_); }
   /// Binds what the kernel reads of surfaces. Call it after each prepare().
   void bind(const SurfaceAlpha& alpha) { alpha.bind(*kernel_); }
+  /// Binds push constants of an included text, in a buffer. Call it after each prepare().
+  void bind_pushes(const TreePiece& from);
+  /// Returns the source that the kernel was made from last.
+  const KernelSource& source() const { return source_; }
+  /// Returns Vulkan's handles of the kernel's set layout, and of a set of what is bound (Kernel::descriptors()).
+  std::pair<std::uint64_t, std::uint64_t> descriptors() { return kernel_->descriptors(); }
   /// Makes or renews the kernel, if the tree or the shaders changed.
   void prepare();
   /// Answers queries [first, first + count) from `from` on, and waits. Returns how many of them the driver cut short.
@@ -100,6 +112,7 @@ class QueryKernel {
   std::uint64_t generation_ = 0;  // of the tree that is bound
   KernelArrays arrays_;
   Buffer<Work> work_;
+  std::optional<Buffer<TracePushes>> pushed_;  // of an included text
   LaunchSize size_;
 };
 

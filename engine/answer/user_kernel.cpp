@@ -7,6 +7,7 @@
 
 #include "engine/answer/point_instances.h"
 #include "engine/answer/query_kernel.h"
+#include "engine/answer/user_include.h"
 #include "engine/answer/user_text.h"
 #include "engine/core/error.h"
 #include "engine/core/registry.h"
@@ -31,7 +32,9 @@ void take_sizes(const UserText& text, const std::map<std::uint32_t, std::uint32_
   }
 }
 
-OwnText own_text(const UserText& text, const WholeText& whole) { return {whole.text, text.name, text.numeric}; }
+OwnText own_text(const UserText& text, const WholeText& whole) {
+  return {whole.text, text.name, text.numeric, text.include_set.has_value()};
+}
 
 }  // namespace
 
@@ -131,6 +134,8 @@ struct UserKernel::Parts {
   std::optional<Buffer<std::byte>> numbers;
   std::optional<Buffer<glm::uvec2>> places;
   std::uint64_t places_of = 0;  // generation of the scene
+  std::string flat;             // the include, as it was made of a source
+  KernelSource flat_of;
 };
 
 UserKernel::UserKernel(Context& gpu, DeviceTree& scene, UserText text, UserTriangles triangles)
@@ -185,6 +190,19 @@ void UserKernel::record(std::uint32_t count, TraceTimes& times) {
   if (p.numbers)
     p.gpu.pass(p.text.name, [&](Commands& cmd) { cmd.write(*p.numbers, 0, p.values.data(), p.values.size()); });
   kernel.record(0, count, {p.tree().root()}, times);
+}
+
+UserInclude UserKernel::include() {
+  Parts& p = *parts_;
+  QueryKernel& kernel = p.ready();
+  kernel.bind_pushes({p.tree().root()});
+  if (p.flat.empty() || !is_made_from(p.flat_of, kernel.source())) {
+    p.flat = flat_include(p.text, kernel.source(), p.gpu.info());
+    p.flat_of = kernel.source();
+  }
+  p.gpu.finish();
+  const auto [layout, set] = kernel.descriptors();
+  return {p.flat, layout, set};
 }
 
 std::vector<Triangle> stand_ins(std::span<const Bounds> boxes) {

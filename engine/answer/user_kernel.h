@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -50,6 +51,15 @@ struct UserText {
   std::uint32_t first_line = 1;
   /// The numeric mode of nearest() and any(): watertight, plain or fast. Other calls, and shapes, take watertight.
   std::string numeric = "watertight";
+  /// The set of descriptors of an include for a program's own shader, which is no kernel. Then `text` lists names, with
+  /// blanks between them: of calls, and of hooks that the program has.
+  std::optional<std::uint32_t> include_set = {};
+};
+
+/// What a shader of a program's own takes to call a scene (engine/answer/user_include.h).
+struct UserInclude {
+  const std::string& text;                // in GLSL, without directives but for extensions; this object's
+  std::uint64_t set_layout = 0, set = 0;  // Vulkan's handles, this object's; valid until the scene changes
 };
 
 /// What kernels need to read the triangles of a scene: corner() and place() in their texts.
@@ -106,6 +116,9 @@ class UserKernel {
   bool can_record(std::uint32_t count);
   /// Records such a run behind all earlier passes. Adds the time to `times`, which must outlive it.
   void record(std::uint32_t count, TraceTimes& times);
+
+  /// Of a text with include_set: returns what the program takes for the scene as it is now. Waits for all passes.
+  UserInclude include();
 
   /// Returns true if the device keeps indices within arrays.
   bool is_robust() const;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <set>
 
+#include "engine/answer/glsl_words.h"
 #include "engine/answer/numeric.h"
+#include "engine/answer/user_include.h"
 #include "engine/core/error.h"
 #include "shaders/shared/query.h"
 
@@ -13,9 +13,6 @@ namespace ballot {
 
 namespace {
 
-using Names = std::set<std::string, std::less<>>;
-
-constexpr const char* kScene = "lib/called/scene.glsl";
 /// What begins so is the library's in every text.
 constexpr std::string_view kOwnPrefix = "ballot_";
 
@@ -30,84 +27,12 @@ const Names kShared{
     "y",        "z",     "w",       "atomicAdd", "bitCount", "findLSB",   "xyz",      "corner",
     "place"};
 
-bool is_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
-bool is_name(std::string_view word) {
-  return !word.empty() && is_letter(word[0]) && !std::isdigit(static_cast<unsigned char>(word[0]));
-}
-
 /// Returns the bytes of a type of numbers, by the rules of scalar layout; 0 if there is no such type.
 std::uint32_t bytes_of_number(std::string_view type) {
   if (type == "float" || type == "int" || type == "uint") return 4;
   if (type.starts_with('i') || type.starts_with('u')) type.remove_prefix(1);
   if (type.size() != 4 || !type.starts_with("vec") || type[3] < '2' || type[3] > '4') return 0;
   return 4 * std::uint32_t(type[3] - '0');
-}
-
-/// Returns a text with blanks in the place of its comments.
-std::string without_comments(std::string text) {
-  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
-    if (text[i] != '/' || (text[i + 1] != '/' && text[i + 1] != '*')) continue;
-    const bool line = text[i + 1] == '/';
-    const std::size_t end = std::min(line ? text.find('\n', i) : text.find("*/", i + 2), text.size());
-    const std::size_t past = line ? end : std::min(end + 2, text.size());
-    for (; i < past; ++i)
-      if (text[i] != '\n') text[i] = ' ';
-    --i;
-  }
-  return text;
-}
-
-/// The words of a text: names, numbers and single signs. Directives are apart from the rest.
-struct Words {
-  std::vector<std::string_view> code, directives;  // of directives without their '#'
-  Names macros;                                    // that it defines
-};
-
-void add_words(std::string_view text, std::vector<std::string_view>& to) {
-  for (std::size_t i = 0; i < text.size();) {
-    std::size_t end = i + 1;
-    if (is_letter(text[i]))
-      while (end < text.size() && is_letter(text[end])) ++end;
-    if (!std::isspace(static_cast<unsigned char>(text[i]))) to.push_back(text.substr(i, end - i));
-    i = end;
-  }
-}
-
-Words words_of(std::string_view text) {
-  Words words;
-  while (!text.empty()) {
-    const std::size_t first = text.find_first_not_of(" \t");
-    const bool directive = first != text.npos && text[first] == '#';
-    std::size_t end = std::min(text.find('\n'), text.size());
-    while (directive && end > 0 && end < text.size() && text[end - 1] == '\\')
-      end = std::min(text.find('\n', end + 1), text.size());
-    std::vector<std::string_view>& to = directive ? words.directives : words.code;
-    const std::size_t before = to.size() + 1;
-    add_words(directive ? text.substr(first + 1, end - first - 1) : text.substr(0, end), to);
-    if (directive && before < to.size() && to[before - 1] == "define") words.macros.emplace(to[before]);
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return words;
-}
-
-Names macros_of(const std::string& text) { return words_of(text).macros; }
-
-/// Returns the names that are declared for the whole text: of functions, variables, constants and structs. It takes
-/// every name outside of all brackets for one that something follows which can follow a declared name.
-Names declared_by(const std::vector<std::string_view>& code) {
-  Names names;
-  int depth = 0;
-  bool in_value = false;  // behind the '=' of a declaration
-  for (std::size_t i = 0; i < code.size(); ++i) {
-    const char c = code[i][0], next = i + 1 < code.size() ? code[i + 1][0] : ';';
-    if (depth == 0 && !in_value && is_name(code[i]) && std::string_view("([=,;{").find(next) != std::string_view::npos)
-      names.emplace(code[i]);
-    if (c == '(' || c == '[' || c == '{') ++depth;
-    if (c == ')' || c == ']' || c == '}') --depth;
-    if (depth == 0 && c == '=') in_value = true;
-    if (depth == 0 && (c == ',' || c == ';' || c == '}')) in_value = false;
-  }
-  return names;
 }
 
 /// Returns true if a text calls a function, as far as its words tell: its name stands before a bracket or in a macro.
@@ -142,13 +67,16 @@ void check_text(const UserText& user, const Words& words) {
   check_main(user, words);
 }
 
-void check_numeric(const UserText& user, const UserCalls& calls) {
+void check_calls(const UserText& user, const UserCalls& calls) {
   if (find_numeric(user.numeric).needs_float64)
     fail(Failure::Arguments, "kernel {}: numeric mode {}; kernels of users take watertight, plain or fast", user.name,
          user.numeric);
   if (user.numeric != kDefaultNumeric && (calls.count || calls.closest || calls.intersects))
     fail(Failure::Arguments, "kernel {}: numeric mode {} with count(), closest() or intersect(), which take {}",
          user.name, user.numeric, kDefaultNumeric);
+  if (calls.intersects && calls.closest)
+    fail(Failure::Arguments, "kernel {}: {} has intersect() and calls closest(), which knows triangles alone",
+         user.name, user.file);
 }
 
 /// Reads what a text declares for the whole of it: its arrays and numbers, and what has to change to compile them.
@@ -260,7 +188,7 @@ std::string block_of(const std::vector<UserNumber>& numbers) {
 /// The library, and what stands before and behind it so that its names are out of the way: those that the user declares
 /// have another name in it, and its macros end with it.
 std::string library_without(const Names& declared, const Names& macros) {
-  static const Names own_macros = macros_of(without_comments(texts_of(kScene)));
+  static const Names own_macros = words_of(without_comments(texts_of(kCalledScene))).macros;
   std::string before, behind;
   for (const std::string& name : declared) {
     if (kShared.contains(name) || own_macros.contains(name)) continue;
@@ -269,12 +197,28 @@ std::string library_without(const Names& declared, const Names& macros) {
   }
   for (const std::string& name : own_macros)
     if (!kShared.contains(name) || macros.contains(name)) behind += fmt::format("#undef {}\n", name);
-  return fmt::format("{}#include \"../{}\"\n{}", before, kScene, behind);
+  return fmt::format("{}#include \"../{}\"\n{}", before, kCalledScene, behind);
 }
 
 }  // namespace
 
+bool is_shared_name(std::string_view name) { return kShared.contains(name); }
+
+Defines defines_of(const UserText& user, const UserCalls& c) {
+  check_calls(user, c);
+  Defines defines = {{"CALLS_NEAREST", c.nearest}, {"CALLS_ANY", c.any},       {"CALLS_COUNT", c.count},
+                     {"CALLS_CLOSEST", c.closest}, {"CALLS_CORNER", c.corner}, {"CALLS_PLACE", c.place},
+                     {"BALLOT_WIDE", 0},           {"BALLOT_FIRST", 0},        {"BALLOT_ANY", 0},
+                     {"BALLOT_LISTS", 0},          {"BALLOT_EXACT", 0},        {"BALLOT_MASKS", 0},
+                     {"BALLOT_CULL", 0},           {"BALLOT_ALPHA", 0},        {"BALLOT_SIDES", 0}};
+  if (c.accepts) defines.emplace_back("CALLED_ACCEPT", 1);
+  if (c.intersects) defines.emplace_back("CALLED_INTERSECT", 1);
+  if (c.intersects && c.is_shape) defines.emplace_back("CALLED_IS_SHAPE", 1);
+  return defines;
+}
+
 WholeText whole_text(const UserText& user) {
+  if (user.include_set) return included_text(user);
   const std::string bare = without_comments(user.text);
   const Words words = words_of(bare);
   check_text(user, words);
@@ -282,22 +226,10 @@ WholeText whole_text(const UserText& user) {
   WholeText whole;
   whole.calls = {calls(words, declared, "nearest"), calls(words, declared, "any"),    calls(words, declared, "count"),
                  calls(words, declared, "closest"), calls(words, declared, "corner"), calls(words, declared, "place"),
-                 declared.contains("accept"),       declared.contains("intersect")};
+                 declared.contains("accept"),       declared.contains("intersect"),   declared.contains("is_shape")};
   Declarations own(user, bare, words.code);
   declared.insert(own.names.begin(), own.names.end());
-  const UserCalls& c = whole.calls;
-  whole.defines = {{"CALLS_NEAREST", c.nearest}, {"CALLS_ANY", c.any},       {"CALLS_COUNT", c.count},
-                   {"CALLS_CLOSEST", c.closest}, {"CALLS_CORNER", c.corner}, {"CALLS_PLACE", c.place},
-                   {"BALLOT_WIDE", 0},           {"BALLOT_FIRST", 0},        {"BALLOT_ANY", 0},
-                   {"BALLOT_LISTS", 0},          {"BALLOT_EXACT", 0},        {"BALLOT_MASKS", 0},
-                   {"BALLOT_CULL", 0},           {"BALLOT_ALPHA", 0},        {"BALLOT_SIDES", 0}};
-  if (c.accepts) whole.defines.emplace_back("CALLED_ACCEPT", 1);
-  if (c.intersects) whole.defines.emplace_back("CALLED_INTERSECT", 1);
-  if (c.intersects && declared.contains("is_shape")) whole.defines.emplace_back("CALLED_IS_SHAPE", 1);
-  check_numeric(user, c);
-  if (c.intersects && c.closest)
-    fail(Failure::Arguments, "kernel {}: {} has intersect() and calls closest(), which knows triangles alone",
-         user.name, user.file);
+  whole.defines = defines_of(user, whole.calls);
   whole.text = fmt::format(
       "#version 460\n#extension GL_GOOGLE_include_directive : require\n{}{}#define main ballot_main\n"
       "#line {} \"{}\"\n{}\n#line 1 \"the end of {}\"\n#undef main\n"

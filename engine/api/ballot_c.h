@@ -166,6 +166,7 @@ typedef struct BallotDeviceOptions {
   BALLOT_SIZE(BallotDeviceOptions);
   BallotText name BALLOT_ZERO;     /* an index, part of a name, "gpu" or "cpu"; NULL: the best GPU, else a CPU device */
   BallotBool validate BALLOT_ZERO; /* 1: Vulkan validation with synchronization checks; slow, for tests */
+  const struct BallotVulkan* vulkan BALLOT_ZERO; /* a program's own, with none of the above; NULL: Ballot opens one */
 } BallotDeviceOptions;
 
 /* Opens a device. options may be NULL. */
@@ -354,6 +355,8 @@ BALLOT_API BallotStatus ballot_render(BallotScene* scene, const BallotView* view
                                       const BallotQuery* query, BallotTimes* times);
 
 #include "ballot_c_kernels.h" /* kernels of the user */
+
+#include "ballot_c_vulkan.h" /* programs with Vulkan of their own */
 
 #ifdef __cplusplus
 }

@@ -33,6 +33,13 @@ class Device {
     check(ballot_device_open(&options, &device));
     handle_ = Owner(device);
   }
+  /// A program's device: BallotVulkan. Throws Error(BALLOT_ERROR_DEVICE) if it lacks what Ballot needs.
+  explicit Device(const BallotVulkan& vulkan) {
+    const BallotDeviceOptions options{.vulkan = &vulkan};
+    BallotDevice* device = nullptr;
+    check(ballot_device_open(&options, &device));
+    handle_ = Owner(device);
+  }
   /// Returns what the device is.
   DeviceInfo info() const {
     DeviceInfo info;

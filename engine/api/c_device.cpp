@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "engine/api/state.h"
+#include "engine/api/vulkan.h"
 
 namespace ballot::api {
 namespace {
@@ -88,8 +89,18 @@ BallotStatus ballot_device_open(const BallotDeviceOptions* options, BallotDevice
   return guarded(nullptr, [&] {
     need(device, "ballot_device_open", "device");
     const BallotDeviceOptions o = read_struct(options, "BallotDeviceOptions");
-    *device = devices().add(std::make_shared<DeviceState>(
-        ballot::ContextOptions{.device = o.name ? o.name.text : "", .validate = o.validate != 0}));
+    ballot::ContextOptions open{.device = o.name ? o.name.text : "", .validate = o.validate != 0};
+    ballot::GivenVulkan given;
+    if (o.vulkan) {
+      if (o.name || o.validate)
+        refuse(
+            fmt::format("ballot_device_open: {} and vulkan are given; a program chooses its device, and its layers, "
+                        "itself",
+                        o.name ? "name" : "validate"));
+      given = given_vulkan(read_struct(o.vulkan, "BallotVulkan"));
+      open.given = &given;
+    }
+    *device = devices().add(std::make_shared<DeviceState>(open));
   });
 }
 

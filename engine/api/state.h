@@ -155,10 +155,11 @@ struct SceneState {
   std::unique_ptr<DeviceScene> world;
   std::map<std::uint32_t, MeshState> meshes;  // by number
   IdSource ids = IdSource::Mesh;
-  std::optional<PlaceTable> places;     // there with the engine
-  NormalTable normals;                  // made by a call that asks for more of them than there are triangles
-  std::unique_ptr<AnswersThere> there;  // made by a call for columns on the device
-  SceneNumbers next;                    // of meshes and instances
+  std::optional<PlaceTable> places;          // there with the engine
+  NormalTable normals;                       // made by a call that asks for more of them than there are triangles
+  std::unique_ptr<AnswersThere> there;       // made by a call for columns on the device
+  std::map<std::string, UserText> includes;  // that were asked for, by what was asked
+  SceneNumbers next;                         // of meshes and instances
   std::unique_ptr<PendingEdits> pending;
   UpdateMode update = UpdateMode::Auto;
   std::uint64_t refits = 0;    // since the last build

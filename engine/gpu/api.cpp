@@ -43,8 +43,7 @@ const VulkanLoader& vulkan_loader() {
   return loader;
 }
 
-void Vulkan::load_instance(VkInstance instance, bool debug, bool surface) {
-  const PFN_vkGetInstanceProcAddr find = vulkan_loader().GetInstanceProcAddr;
+void Vulkan::load_instance(VkInstance instance, PFN_vkGetInstanceProcAddr find, bool debug, bool surface) {
 #define BALLOT_VK_LOAD(f) f = reinterpret_cast<PFN_vk##f>(find(instance, "vk" #f));
   BALLOT_VK_INSTANCE(BALLOT_VK_LOAD)
   if (surface) {

@@ -74,7 +74,7 @@ struct Vulkan {
   BALLOT_VK_STATISTICS(BALLOT_VK_MEMBER)  // null unless the device was created with pipeline statistics
   BALLOT_VK_EXTERNAL(BALLOT_VK_MEMBER)    // null unless the device has the extension
 
-  void load_instance(VkInstance instance, bool debug, bool surface);
+  void load_instance(VkInstance instance, PFN_vkGetInstanceProcAddr find, bool debug, bool surface);
   void load_device(VkDevice device);
 };
 

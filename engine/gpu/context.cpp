@@ -139,7 +139,7 @@ VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* me
   if (result != VK_SUCCESS)
     fail(Failure::Device, "no Vulkan instance: {}; is a driver installed? On Debian: apt install mesa-vulkan-drivers",
          result_name(result));
-  vk.load_instance(instance, validate, window != nullptr);
+  vk.load_instance(instance, vulkan_loader().GetInstanceProcAddr, validate, window != nullptr);
   return instance;
 }
 
@@ -164,20 +164,12 @@ std::vector<DeviceInfo> list_devices() {
 Context::Context(const ContextOptions& options) {
   ask_for_driver(kOpening);
   try {
-    create_instance(options);
-    auto devices = physical_devices(vk_, instance_);
-    if (surface_) refuse_without_present(vk_, devices, surface_);
-    std::vector<DeviceInfo> infos;
-    for (const auto& d : devices) infos.push_back(d.info);
-    PhysicalDevice& chosen = devices[choose_device(infos, options.device)];
-    physical_ = chosen.handle;
-    info_ = std::move(chosen.info);
-    queue_family_ = std::uint32_t(surface_ ? present_family(vk_, physical_, surface_) : compute_family(vk_, physical_));
-    // lavapipe bins timestamps with draw commands, so with a window they do not measure dispatches (22.3.6).
-    if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
+    if (options.given)
+      adopt(*options.given);
+    else
+      open(options);
     launch_ms_ = info_.is_cpu() ? 0 : 50;
-    statistics_ = options.statistics && info_.pipeline_statistics;
-    create_device();
+    vk_.GetPhysicalDeviceMemoryProperties(physical_, &memory_);
     for (Slot& slot : slots_) create_slot(slot);
     load_pipeline_cache();
   } catch (...) {
@@ -186,18 +178,34 @@ Context::Context(const ContextOptions& options) {
   }
 }
 
+void Context::open(const ContextOptions& options) {
+  create_instance(options);
+  auto devices = physical_devices(vk_, instance_);
+  if (surface_) refuse_without_present(vk_, devices, surface_);
+  std::vector<DeviceInfo> infos;
+  for (const auto& d : devices) infos.push_back(d.info);
+  PhysicalDevice& chosen = devices[choose_device(infos, options.device)];
+  physical_ = chosen.handle;
+  info_ = std::move(chosen.info);
+  queue_family_ = std::uint32_t(surface_ ? present_family(vk_, physical_, surface_) : compute_family(vk_, physical_));
+  // lavapipe bins timestamps with draw commands, so with a window they do not measure dispatches (22.3.6).
+  if (surface_ && info_.is_cpu()) info_.timestamp_ns = 0;
+  statistics_ = options.statistics && info_.pipeline_statistics;
+  create_device();
+}
+
 Context::~Context() { destroy(); }
 
 void Context::destroy() {
   if (device_) {
     abandon();
-    vk_.QueueWaitIdle(queue_);
+    if (!given_) vk_.QueueWaitIdle(queue_);
     staging_.reset();
     stream_ring_.reset();
     pipelines_.reset();
     vk_.DestroyPipelineCache(device_, pipeline_cache_, nullptr);
     for (Slot& slot : slots_) destroy_slot(slot);
-    vk_.DestroyDevice(device_, nullptr);
+    if (!given_) vk_.DestroyDevice(device_, nullptr);
     device_ = VK_NULL_HANDLE;
   }
   if (surface_) vk_.DestroySurfaceKHR(instance_, surface_, nullptr);
@@ -272,7 +280,6 @@ void Context::create_device() {
   vk_check(vk_.CreateDevice(physical_, &create, nullptr, &device_), "opening device", info_.name.c_str());
   vk_.load_device(device_);
   vk_.GetDeviceQueue(device_, queue_family_, 0, &queue_);
-  vk_.GetPhysicalDeviceMemoryProperties(physical_, &memory_);
 }
 
 void Context::lower_limits(std::uint64_t texels, std::uint64_t storage_bytes) {

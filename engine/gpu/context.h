@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "engine/gpu/commands.h"
+#include "engine/gpu/given.h"
 
 namespace ballot {
 
@@ -84,6 +86,7 @@ struct ContextOptions {
   bool validate = false;                  // VK_LAYER_KHRONOS_validation with synchronization validation
   const WindowSurface* window = nullptr;  // window that the device must present to; null: none
   bool statistics = false;                // pipelines keep the driver's statistics of them (registers, ...)
+  const GivenVulkan* given = nullptr;     // a program's device, with none of the above; null: Ballot opens one
 };
 
 /// Returns the index in `devices` of the best usable device that `wanted` names (ContextOptions::device). Throws
@@ -91,8 +94,8 @@ struct ContextOptions {
 /// them is usable.
 std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_view wanted);
 
-/// A Vulkan instance, a device and one queue with compute. Contexts share no state, so each may have a thread of its
-/// own; one context belongs to one thread at a time.
+/// A Vulkan instance, a device and one queue with compute: its own, or a program's (GivenVulkan). Contexts share no
+/// state, so each may have a thread of its own; one context belongs to one thread at a time.
 ///
 /// Work is a sequence of passes. Passes run in the order in which they were recorded, and each sees everything that
 /// those before it wrote. Many passes are submitted together, while the host records the next ones. At most two
@@ -121,6 +124,8 @@ class Context {
   std::uint32_t queue_family() const { return queue_family_; }
   bool keeps_statistics() const { return statistics_; }
   bool validating() const { return messenger_ != VK_NULL_HANDLE; }
+  /// Returns true if the device is a program's.
+  bool is_given() const { return given_.has_value(); }
 
   using Record = std::function<void(Commands&)>;
   using Done = std::function<void(double ms)>;
@@ -238,6 +243,9 @@ class Context {
   void save_pipeline_cache();
 
  private:
+  void open(const ContextOptions& options);
+  void adopt(const GivenVulkan& given);
+  VkResult submit_to_queue(const VkSubmitInfo& submit, VkFence fence);
   void create_instance(const ContextOptions& options);
   void create_device();
   /// The Vulkan objects of one submission at a time: it is recorded, then in flight, then ended.
@@ -270,6 +278,7 @@ class Context {
   Vulkan vk_;
   DeviceInfo info_;
   std::vector<std::string> messages_;
+  std::optional<GivenVulkan> given_;
   VkInstance instance_ = VK_NULL_HANDLE;
   bool bare_ = true;  // the instance has neither layers nor extensions
   VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;

@@ -96,21 +96,6 @@ void read_subgroups(DeviceInfo& info, const DeviceProperties& p, const DeviceFea
   info.float64 = f.core.features.shaderFloat64 == VK_TRUE;
 }
 
-void list_lacks(DeviceInfo& info) {
-  const auto lack = [&](bool has, const char* what) {
-    if (!has) info.lacks.push_back(what);
-  };
-  lack(info.size_control, "subgroup size control: the driver's subgroup size is taken as it is");
-  lack(info.full_subgroups,
-       "full subgroups: workgroups are a multiple of the subgroup, and the driver is trusted to fill them");
-  lack(info.uniform_flow, "subgroup uniform control flow: votes rely on the driver reconverging a uniform loop");
-  lack(info.shuffle, "subgroup shuffle: packets keep their stack in shared memory and every lane loads each node");
-  lack(info.buffer_address, "buffer device address: nodes are read through storage or texel buffers");
-  lack(info.float64, "float64: numeric mode exact does not run");
-  lack(info.robust_buffers(), "pipeline robustness: kernels of users may read and write outside of their arrays");
-  lack(info.timestamp_ns > 0, "timestamps: times are wall times of the host");
-}
-
 /// Returns the features of an extension that a device has.
 template <class Features>
 Features features_of(const Vulkan& vk, VkPhysicalDevice device, VkStructureType type) {
@@ -191,9 +176,8 @@ DeviceInfo read_device(const Vulkan& vk, VkPhysicalDevice device) {
   info.refusals = refusals_of(p, f);
   const int family = compute_family(vk, device);
   if (family < 0) info.refusals.emplace_back("it has no queue family with compute");
-  if (family >= 0) info.timestamp_bits = queue_families(vk, device)[std::size_t(family)].timestampValidBits;
-  if (info.timestamp_bits == 0) info.timestamp_ns = 0;
-  list_lacks(info);
+  if (family >= 0) take_queue(vk, device, std::uint32_t(family), info);
+  info.lacks = lacks_of(info);
   return info;
 }
 
@@ -271,6 +255,17 @@ std::vector<PhysicalDevice> physical_devices(const Vulkan& vk, VkInstance instan
   std::vector<PhysicalDevice> devices;
   for (VkPhysicalDevice handle : handles) devices.push_back({handle, read_device(vk, handle)});
   return devices;
+}
+
+void take_queue(const Vulkan& vk, VkPhysicalDevice device, std::uint32_t family, DeviceInfo& info) {
+  const auto families = queue_families(vk, device);
+  if (family >= families.size())
+    fail(Failure::Arguments, "vulkan: queue_family is {}; {} has {} families", family, info.name, families.size());
+  if (!(families[family].queueFlags & VK_QUEUE_COMPUTE_BIT))
+    fail(Failure::Device, "vulkan: queue family {} of {} has no compute; give a queue of one that has", family,
+         info.name);
+  info.timestamp_bits = families[family].timestampValidBits;
+  if (info.timestamp_bits == 0) info.timestamp_ns = 0;
 }
 
 int compute_family(const Vulkan& vk, VkPhysicalDevice device) {

@@ -36,6 +36,18 @@ struct DeviceFeatures {
 /// Returns why Ballot cannot use such a device: every requirement that it does not meet, with the reason for it.
 std::vector<std::string> refusals_of(const DeviceProperties& properties, const DeviceFeatures& features);
 
+/// Notes what depends on the family of the queue that a device is used by: timestamps. Throws Error(Device) if there is
+/// no such family, or it is without compute.
+void take_queue(const Vulkan& vk, VkPhysicalDevice device, std::uint32_t family, DeviceInfo& info);
+
+/// Returns the optional features that a device lacks, and what that costs.
+std::vector<std::string> lacks_of(const DeviceInfo& device);
+
+/// Has a device go without what a program has not enabled (vulkan_needs()); no names: what is required is. Throws
+/// Error(Arguments) for a name that is none, or that the device does not have, Error(Device) if what is required is not
+/// among them.
+void take_what_is_off(const std::vector<std::string>& enabled, DeviceInfo& device);
+
 /// Returns the first queue family with compute, or -1 if there is none.
 int compute_family(const Vulkan& vk, VkPhysicalDevice device);
 

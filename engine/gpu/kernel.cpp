@@ -103,6 +103,11 @@ VkDescriptorSet Kernel::set_for_bound() {
   return set->set;
 }
 
+std::pair<std::uint64_t, std::uint64_t> Kernel::descriptors() {
+  const VkDescriptorSet set = set_for_bound();
+  return {std::uint64_t(pipeline_->set_layout()), std::uint64_t(set)};
+}
+
 void Kernel::begin_dispatch(Commands& cmd, const void* push, std::uint32_t push_bytes) {
   if (push_bytes != pipeline_->reflection().push_bytes)
     fail(Failure::Work, "kernel {} wants {} bytes of push constants, not {}", name_, pipeline_->reflection().push_bytes,

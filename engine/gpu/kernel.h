@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/gpu/buffer.h"
@@ -43,6 +44,10 @@ class Kernel {
   /// with Access::Indirect.
   void dispatch(Commands& cmd, const RawBuffer& groups, std::uint64_t offset, const void* push,
                 std::uint32_t push_bytes);
+
+  /// Returns Vulkan's handles of the layout of the kernel's set, and of a set of what is bound, for commands that are
+  /// not this kernel's. They stay as they are until something else is bound, and go with the kernel.
+  std::pair<std::uint64_t, std::uint64_t> descriptors();
 
   /// Returns the bytes of an element of each storage buffer that is one array, by binding.
   const std::map<std::uint32_t, std::uint32_t>& element_bytes() const { return pipeline_->reflection().element_bytes; }

@@ -112,7 +112,7 @@ std::uint64_t Context::flush() {
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &slot.commands;
   slot.start = std::chrono::steady_clock::now();
-  check(vk_.QueueSubmit(queue_, 1, &submit, slot.fence), "submitting", passes_of(slot).c_str());
+  check(submit_to_queue(submit, slot.fence), "submitting", passes_of(slot).c_str());
   slot.under_way = true;
   slot.submission = ++submitted_;
   slot_ = (slot_ + 1) % slots_.size();

@@ -148,8 +148,10 @@ std::string with_includes(const fs::path& file, const GivenText& given) {
   return all;
 }
 
+void start_compiler() { static const GlslangProcess process; }
+
 std::vector<std::uint32_t> compile(const fs::path& file, const Defines& defines, const GivenText& given) {
-  static const GlslangProcess process;
+  start_compiler();
   ParsedShader source(file, defines, given);
   const std::string named = given.text.empty() ? "shader " + file.string() : given.named;
   Includer includer;
@@ -224,6 +226,17 @@ fs::path shader_folder() {
   }
   const fs::path source = BALLOT_SOURCE_SHADERS;
   return program_lies_in(source.parent_path()) && holds_shaders(source) ? source : fs::path();
+}
+
+std::string preprocessed_shader(const std::string& file, const Defines& defines, const GivenText& given) {
+  start_compiler();
+  ParsedShader source(shader_folder() / file, defines, given);
+  Includer includer;
+  const TBuiltInResource limits = compile_limits();
+  std::string text;
+  if (!source.shader.preprocess(&limits, 460, ENoProfile, false, false, kMessages, &text, includer))
+    fail(Failure::Work, "{} does not pass the preprocessor:\n{}", given.named, source.shader.getInfoLog());
+  return text;
 }
 
 std::string texts_of(const std::string& file) { return with_includes(shader_folder() / file, {}); }

@@ -43,6 +43,10 @@ struct GivenText {
 Spirv compile_shader(const std::string& file, const Defines& defines, bool use_cache = true, Calls calls = Calls::Kept,
                      const GivenText& given = {});
 
+/// Returns a text as the compiler sees it behind its preprocessor: without comments, #include and macros, with
+/// #version, #extension and #line. Arguments and errors are those of compile_shader().
+std::string preprocessed_shader(const std::string& file, const Defines& defines, const GivenText& given = {});
+
 /// Returns the texts of a shader and of all that it may include, each once, with the length of each before it. Throws
 /// Error(Work) if there is no such shader.
 std::string texts_of(const std::string& file);

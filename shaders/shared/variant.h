@@ -24,6 +24,7 @@
 #define BIND_TOP 8       // BALLOT_INSTANCES only: the top-level tree and its instances (lib/tree/instances.glsl)
 #define BIND_MESHES 9    // BALLOT_INSTANCES only: a record for each mesh
 #define BIND_DOUBTFUL 10 // kernels that list or take rays in doubt: IndirectArgs, then the numbers of the rays
+#define BIND_PUSHED 61   // calls in a program's own shader: the push constants of other kernels
 
 // Defines that knobs set have their values in knobs.h, written from engine/answer/knobs.h. The others:
 //

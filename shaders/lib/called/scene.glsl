@@ -25,6 +25,7 @@
 // What is called alone is compiled: CALLS_NEAREST, CALLS_ANY, CALLS_COUNT, CALLS_CLOSEST, CALLS_CORNER, CALLS_PLACE are
 // 1 if it is, else 0.
 // CALLED_ACCEPT, CALLED_INTERSECT and CALLED_IS_SHAPE are defined if there is such a function of the user's.
+// CALLED_INCLUDED is defined if the calls stand in a program's own shader (engine/answer/user_include.h).
 //
 // accept() sees every triangle that count() would count; of nearest() and closest() every one that is nearer than what
 // was accepted before it; of any() every one until it accepts one. Of closest() t is the distance. The order is the
@@ -222,6 +223,10 @@ bool meets_shape(Ray ray, uint prim, out float t, out float u, out float v) {
 }
 #endif
 
+#ifdef CALLED_INCLUDED
+// True if the driver has cut a loop of this invocation short: no answer of it is to be used.
+bool ballot_is_cut() { return !finish_walks(1u); }
+#else
 // Which invocation of the user's main() this is. Returns false if there is none.
 bool ballot_begin(out uint index) {
 #if BALLOT_INSTANCES
@@ -232,3 +237,4 @@ bool ballot_begin(out uint index) {
 }
 
 void ballot_end() { finish_walks(1u); }
+#endif

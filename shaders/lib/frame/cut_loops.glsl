@@ -6,12 +6,15 @@
 // The walk itself has only to survive: what follows a loop must not read or write out of range because the loop ended
 // early. BALLOT_LOOPS_CUT is 0 for drivers that are known to run loops to their end.
 
-// Ends walks. Returns false, and counts them as unfinished, if the driver has cut a loop of this invocation short.
+// Ends walks. Returns false, and counts them as unfinished, if the driver has cut a loop of this invocation short. In a
+// program's own shader nobody counts.
 bool finish_walks(uint count) {
 #if BALLOT_LOOPS_CUT
   uint rounds = 0u, bound = 2u + (push.ray_begin >> 31);  // 2, which no compiler knows
   while (rounds < bound) ++rounds;
+#ifndef CALLED_INCLUDED
   if (rounds != bound) atomicAdd(work.unfinished, count);
+#endif
   return rounds == bound;
 #else
   return true;

@@ -11,7 +11,7 @@
 #if BALLOT_REDUCE == 1
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #endif
-#if BALLOT_UNIFORM_FLOW
+#if BALLOT_UNIFORM_FLOW && !defined(METHOD_CALLED)
 #extension GL_EXT_subgroup_uniform_control_flow : require
 #endif
 #if BALLOT_FETCH == 2
@@ -25,15 +25,27 @@
 #include "../../shared/render.h"
 #endif
 
+// CALLED_INCLUDED: the text is a part of a program's own shader, whose are workgroup, specialisation constants and push
+// constants. Sizes of stacks are defines there, and what other kernels have as push constants is a buffer.
+#ifdef CALLED_INCLUDED
+#define PUSHED set = 0, binding = BIND_PUSHED
+const uint STACK_SIZE = CALLED_STACK, LIST_SIZE = 0u;
+#else
+#define PUSHED push_constant
 layout(local_size_x_id = SPEC_GROUP_SIZE, local_size_y = 1, local_size_z = 1) in;
 layout(constant_id = SPEC_STACK_SIZE) const uint STACK_SIZE = 32;
 layout(constant_id = SPEC_GROUP_SUBGROUPS) const uint GROUP_SUBGROUPS = 16;
 layout(constant_id = SPEC_SUBGROUP_SIZE) const uint SUBGROUP_SIZE = 4;
 layout(constant_id = SPEC_LIST_SIZE) const uint LIST_SIZE = 0;
+#endif
 
 #if BALLOT_INSTANCES
+#ifdef CALLED_INCLUDED
+const uint TOP_STACK_SIZE = CALLED_TOP_STACK;
+#else
 layout(constant_id = SPEC_TOP_STACK) const uint TOP_STACK_SIZE = 48;
-layout(push_constant, scalar) uniform Push {
+#endif
+layout(PUSHED, scalar) uniform Push {
   TracePush whole_push;
   TopPush top_push;
 };
@@ -44,7 +56,7 @@ uint first_node, first_leaf, first_format;  // the mesh's first texels
 #define LEAF_AT(texel) (first_leaf + (texel))
 #define FORMAT_AT(texel) (first_format + (texel))
 #else
-layout(push_constant, scalar) uniform Push { TracePush push; };
+layout(PUSHED, scalar) uniform Push { TracePush push; };
 #define NODE_AT(texel) (texel)
 #define LEAF_AT(texel) (texel)
 #define FORMAT_AT(texel) (texel)
@@ -67,7 +79,9 @@ vec4 ray_half(uint i) { return ray_halves[i]; }
 #ifndef METHOD_CALLED
 layout(set = 0, binding = BIND_HITS, std430) writeonly buffer Hits { uvec4 hit_words[]; };
 #endif
+#ifndef CALLED_INCLUDED
 layout(set = 0, binding = BIND_WORK, scalar) buffer WorkCounter { Work work; };
+#endif
 
 #include "doubtful.glsl"
 
