@@ -51,6 +51,24 @@ target_link_libraries(outer PRIVATE Ballot::ballot)
     expect("programs and tests of Ballot in it", ours, [])
 
 
+def check_foreign(program: Path, environment: dict[str, str]) -> None:
+    """Runs the program with Vulkan of its own under validation: it compares hits itself, this looks at its picture."""
+    picture = program.parent / "foreign.ppm"
+    checks = {"VK_INSTANCE_LAYERS": "VK_LAYER_KHRONOS_validation",
+              "VK_LAYER_ENABLES": "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT"}
+    said = run([program, picture], env={**environment, **checks})
+    if len(said.splitlines()) != 1:
+        sys.exit(f"{program.name}: expected one line, of what was drawn; found\n{said}")
+    print(said, end="")
+    header, pixels = picture.read_bytes().split(b"\n", 1)
+    expect("header of the picture", header, b"P6 640 360 255")
+    colors = [pixels[i : i + 3] for i in range(0, len(pixels), 3)]
+    for what, grey in (("lit", 204), ("shadowed", 110)):
+        share = sum(color == bytes([grey] * 3) for color in colors) / len(colors)
+        if not 0.02 < share < 0.7:
+            sys.exit(f"{picture}: {share:.3f} of the pixels are {what} ground, {grey} of 255; expected 0.02 to 0.7")
+
+
 def main() -> None:
     build, folder = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
     shutil.rmtree(folder, ignore_errors=True)
@@ -62,7 +80,8 @@ def main() -> None:
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
     expect("headers", headers,
            ["ballot.h", "ballot_c.h", "ballot_c_answers.h", "ballot_c_kernels.h", "ballot_c_scenes.h",
-            "ballot_device.h", "ballot_kernel.h", "ballot_types.h", "ballot_views.h"])
+            "ballot_c_vulkan.h", "ballot_device.h", "ballot_kernel.h", "ballot_types.h", "ballot_views.h",
+            "ballot_vulkan.h"])
 
     library = next(prefix.rglob("libballot.so"))
     symbols = run(["nm", "-D", "--defined-only", library]).split("\n")
@@ -70,7 +89,7 @@ def main() -> None:
     others = [name for name in names if not re.fullmatch(r"ballot_\w+|BALLOT_1", name)]
     expect("visible symbols other than ballot_*", others, [])
     api = HERE / "../../engine/api"
-    headers = ("ballot_c.h", "ballot_c_answers.h", "ballot_c_kernels.h", "ballot_c_scenes.h")
+    headers = ("ballot_c.h", "ballot_c_answers.h", "ballot_c_kernels.h", "ballot_c_scenes.h", "ballot_c_vulkan.h")
     texts = [(api / name).read_text(encoding="utf-8") for name in headers]
     declared = set(re.findall(r"\b(ballot_\w+)\(", "".join(texts)))
     declared -= {"ballot_init", "ballot_rays", "ballot_rays_of_six", "ballot_points"}  # in the headers themselves
@@ -85,6 +104,7 @@ def main() -> None:
     run(["cmake", "--build", programs])
     for name in ("consumer_c", "consumer_cpp"):
         print(run([programs / name], env=environment), end="")
+    check_foreign(programs / "consumer_foreign", environment)
 
     package = next(prefix.rglob("ballot.pc")).parent
     found = {**environment, "PKG_CONFIG_PATH": str(package)}
