@@ -64,8 +64,7 @@ class Scene {
       : Scene(device, std::span(meshes.begin(), meshes.size()), &instances, options) {}
 
   /// Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials: nodes of glTF and groups of
-  /// OBJ are meshes() or instances(). Throws Error(BALLOT_ERROR_WORK), which names file and place, if the file is
-  /// wrong.
+  /// OBJ are meshes() or instances(). Throws Error(BALLOT_ERROR_WORK), which names the place, if the file is wrong.
   static Scene load(const Device& device, const std::string& path, const SceneOptions& options = {.cache = 1}) {
     BallotScene* scene = nullptr;
     check(ballot_scene_load(device.handle(), path.c_str(), &options, &scene));
@@ -76,8 +75,7 @@ class Scene {
   /// gone either way. Until then answers are those of the scene as it was. Meshes and instances are named by numbers,
   /// which stay; each is given once. A call that throws adds nothing to the edits. Scenes with animations refuse them.
   ///
-  /// add_mesh() returns the mesh's number; it has no instance yet. Throws Error(BALLOT_ERROR_ARGUMENT) as the
-  /// constructor does.
+  /// add_mesh() returns the mesh's number; it has no instance yet. Throws as the constructor.
   std::uint32_t add_mesh(const Mesh& mesh) {
     std::uint32_t number = 0;
     check(ballot_scene_add_mesh(handle_.get(), &mesh, &number));
@@ -138,6 +136,10 @@ class Scene {
   void set_masks(std::span<const std::uint32_t> instances, std::span<const std::uint32_t> masks) {
     detail::check_as_many("masks", masks.size(), "numbers of instances", instances.size());
     check(ballot_scene_set_masks(handle_.get(), instances.data(), masks.data(), instances.size()));
+  }
+  /// The same of all instances, in the order of their numbers, by the first records of an array on the device.
+  void set_masks(const Array<std::uint32_t>& masks) {
+    check(ballot_scene_set_mask_buffer(handle_.get(), masks.handle()));
   }
 
   /// Makes the edits true. Throws Error(BALLOT_ERROR_ARGUMENT), which names mesh and vertex, or the instance, if
@@ -302,8 +304,7 @@ class Scene {
     return all;
   }
 
-  /// Returns nine floats for each triangle of each mesh: x y z of its vertices, in the mesh's own space. That is the
-  /// world unless the scene has instances.
+  /// Returns nine floats for each triangle of each mesh: x y z of its vertices, in the mesh's own space.
   std::vector<float> triangles() const {
     auto all = detail::room_for<float>(9 * info().triangles);
     if (!all.empty()) check(ballot_scene_triangles(handle_.get(), all.data()));

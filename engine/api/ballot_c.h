@@ -66,7 +66,7 @@ struct BallotText {
   const char* text = nullptr;
 };
 
-/* An array on a device, of a call's results or masks. */
+/* An array on a device, of a call's results or masks, or of a mesh. */
 struct BallotTarget {
   BallotTarget() = default;
   BallotTarget(struct BallotBuffer* given) : buffer(given) {}
@@ -95,7 +95,7 @@ extern "C" {
 #define BALLOT_INIT(T) ((T){.size = sizeof(T)}) /* a struct T with its size set and all other members zero */
 
 typedef const char* BallotText;            /* that the caller keeps until the call returns */
-typedef struct BallotBuffer* BallotTarget; /* an array on a device, of results or masks */
+typedef struct BallotBuffer* BallotTarget; /* an array on a device, of results, masks or a mesh */
 
 /* A function that is told the share that is done; NULL: none. Non-zero ends the call with BALLOT_ERROR_INTERRUPTED. */
 typedef struct BallotProgress {
@@ -220,6 +220,11 @@ BALLOT_API BallotStatus ballot_scene_set_vertex_buffer(BallotScene* scene, uint3
  * mode, closest points, pictures or edits ask for them. The array is kept as by ballot_scene_set_vertex_buffer().
  * Beside it no meshes or instances come, go, move otherwise or get masks: that is refused until the commit. */
 BALLOT_API BallotStatus ballot_scene_set_transform_buffer(BallotScene* scene, BallotBuffer* transforms);
+/* Sets the masks of all instances as ballot_scene_set_masks() does, and after it, by the first records of an array of
+ * BALLOT_RECORD_UINT32 on the scene's device, in the order of their numbers. ballot_scene_commit() has the host read
+ * them, 4 bytes an instance. Where none becomes 0 or was 0 that is all: no tree changes. The array is kept as by
+ * ballot_scene_set_vertex_buffer(), and may stand beside ballot_scene_set_transform_buffer(). */
+BALLOT_API BallotStatus ballot_scene_set_mask_buffer(BallotScene* scene, BallotBuffer* masks);
 
 /* How an array on a device is made. */
 typedef struct BallotBufferOptions {

@@ -9,7 +9,8 @@
 /* How the indices of a mesh lie in memory. */
 typedef enum BallotIndexType { BALLOT_INDEX_NONE = 0, BALLOT_INDEX_U16 = 1, BALLOT_INDEX_U32 = 2 } BallotIndexType;
 
-/* A mesh: triangles, or shapes of another kind. The library copies what it needs before the call returns. */
+/* A mesh: triangles, or shapes of another kind. The library copies what it needs before the call returns; arrays on the
+ * device may go then, too. */
 typedef struct BallotMesh {
   BALLOT_SIZE(BallotMesh);
   const float* positions BALLOT_ZERO;     /* x, y, z of each vertex; finite, at most 1e12 */
@@ -35,6 +36,11 @@ typedef struct BallotMesh {
   BallotText shapes BALLOT_ZERO;
   const float* radii BALLOT_ZERO;   /* of each vertex of spheres, discs and capsules, 0 to 1e12 */
   size_t radius_stride BALLOT_ZERO; /* bytes from one to the next, a multiple of 4; 0: 4 */
+  /* Instead of positions, indices, or both: the first vertex_count BALLOT_RECORD_FLOAT32X3, and the first index_count
+   * BALLOT_RECORD_UINT32, of arrays on the scene's device, which checks them. Strides and index_type are then 0. Of
+   * triangles alone. */
+  BallotTarget vertex_buffer BALLOT_ZERO;
+  BallotTarget index_buffer BALLOT_ZERO; /* NULL without indices */
 } BallotMesh;
 
 /* How a scene is made. */
@@ -111,7 +117,13 @@ typedef struct BallotInstances {
  * indices, 4 of materials if there are several, 36 of normals if there are some, 36 of corners, and about 36 of a tree
  * that was built there. Of the last two it keeps 4 once the device has them, until a call needs more: moves, edits,
  * exact lists, pictures, ballot_scene_triangles(). Exact lists, and moves of such a tree, add about 98 from the first
- * on; moves add 36 of the corners of before, too. */
+ * on; moves add 36 of the corners of before, too.
+ *
+ * Once a mesh has a vertex_buffer or an index_buffer, the device makes the triangles of all of them and keeps its
+ * indices. Trees of builder "device" are built of these there, on a GPU with float64, and the host reads them back once
+ * a later call needs them; of several trees it reads those of fewer than 65 536 triangles. It reads all at once if
+ * another builder makes the trees, if a mesh has normals, or if a matrix is not the identity; then a tree of the
+ * device is built there all the same. The first vertex or index that cannot be is named. */
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotInstances* instances, const BallotSceneOptions* options,
                                             BallotScene** scene);
@@ -131,7 +143,8 @@ BALLOT_API void ballot_scene_destroy(BallotScene* scene);
  * numbers, which stay; a number is given once. Scenes with animations refuse edits: ballot_scene_set_time() moves them.
  * */
 
-/* Adds a mesh and writes its number. It has no instance yet. An id of 2^32 - 1 stands for that number. */
+/* Adds a mesh and writes its number. It has no instance yet. An id of 2^32 - 1 stands for that number. The triangles of
+ * arrays on the device are checked there and read back. */
 BALLOT_API BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, uint32_t* number);
 /* Gives a mesh other triangles, any number of them. It keeps its instances, name and id. */
 BALLOT_API BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const BallotMesh* with);

@@ -122,5 +122,18 @@ class Array {
   Owner handle_;
 };
 
+/// Returns a mesh over arrays on the device, which checks it there: of vertices, and three indices for each triangle;
+/// without them vertices 0 1 2, 3 4 5, ... are triangles. Arrays may go once a scene has been made of it.
+inline Mesh mesh(const Array<Vertex>& vertices) {
+  Mesh m{.vertex_count = vertices.size()};
+  m.vertex_buffer = vertices.handle();
+  return m;
+}
+inline Mesh mesh(const Array<Vertex>& vertices, const Array<std::uint32_t>& indices) {
+  Mesh m = mesh(vertices);
+  m.index_buffer = indices.handle(), m.index_count = indices.size();
+  return m;
+}
+
 }  // namespace v1
 }  // namespace ballot

@@ -2,6 +2,7 @@
 #include <cstring>
 
 #include "engine/api/arrays.h"
+#include "engine/api/mesh_shapes.h"
 #include "engine/api/meshes.h"
 #include "engine/model/instances.h"
 
@@ -11,6 +12,17 @@ namespace {
 /// Vertices that an edit gives up. They go once the call has let go of the device: the last reference to an array on it
 /// takes the device to destroy it.
 using MovingVertices = std::map<std::uint32_t, PendingEdits::Vertices>::node_type;
+
+/// Lets go of what edits have on the device of meshes while the device is held.
+struct MeshesGo {
+  explicit MeshesGo(std::unique_ptr<PendingEdits>& of) : edits(of) {}
+  ~MeshesGo() {
+    if (edits) edits->meshes.clear();
+  }
+  MeshesGo(const MeshesGo&) = delete;
+  MeshesGo& operator=(const MeshesGo&) = delete;
+  std::unique_ptr<PendingEdits>& edits;
+};
 
 /// Returns the edits of a scene, to which a call adds some. `needs_scene`: they look at the scene, which is brought up
 /// to date then. `beside`: transforms on the device may be among them.
@@ -37,7 +49,7 @@ void take_vertices(SceneState& scene, PendingEdits& edits) {
     const DenseVertices dense(v.there ? &read.data()->x : v.positions, v.there ? sizeof(glm::vec3) : v.stride, v.count);
     check_vertices(dense.all, fmt::format("mesh {}", number));
     const auto fresh = edits.meshes.find(number);
-    const MeshState& mesh = fresh != edits.meshes.end() ? fresh->second : scene.meshes.at(number);
+    MeshState& mesh = fresh != edits.meshes.end() ? fresh->second : scene.meshes.at(number);
     if (mesh.kind != ShapeKind::Triangles) {
       std::vector<ballot::Shape> shapes = shapes_at(mesh, dense.all, fmt::format("mesh {}", number));
       std::vector<Triangle> boxes = stand_ins(mesh.kind, shapes);
@@ -45,7 +57,7 @@ void take_vertices(SceneState& scene, PendingEdits& edits) {
       continue;
     }
     std::vector<Triangle> triangles(mesh.triangles);
-    expand(mesh.indices, dense.all, triangles);
+    expand(indices_of(mesh), dense.all, triangles);
     edits.edits.move_mesh(number, std::move(triangles));
   }
 }
@@ -63,8 +75,22 @@ void separate_moved(const SceneState& scene, PendingEdits& edits) {
     }
 }
 
-/// Commits edits that move meshes and instances.
-void commit_moves(SceneState& scene, PendingEdits& edits) {
+/// Returns the masks that an array on the device sets; none: there is no such array.
+std::vector<std::uint32_t> read_masks(const PendingEdits& edits) {
+  if (!edits.masks_there) return {};
+  std::vector<std::uint32_t> masks(edits.edits.placement_count());
+  const std::size_t records = edits.masks_there->bytes() / sizeof masks[0];
+  if (records < masks.size())
+    refuse(
+        fmt::format("setting masks: the buffer of masks has {} records, but the edits make {} instances; expected "
+                    "one for each",
+                    records, masks.size()));
+  edits.masks_there->download(0, masks.data(), masks.size() * sizeof masks[0]);
+  return masks;
+}
+
+/// Commits edits that move meshes and instances. `masks`: of all instances; none: they stay.
+void commit_moves(SceneState& scene, PendingEdits& edits, std::span<const std::uint32_t> masks) {
   const SceneInstances& all = scene.world->scene_facts().instances;
   std::vector<DenseVertices> dense;
   std::vector<MovedVertices> moved;
@@ -72,12 +98,18 @@ void commit_moves(SceneState& scene, PendingEdits& edits) {
   for (const auto& [number, v] : edits.vertices) {
     const std::size_t mesh = *edits.edits.mesh_index(number);
     MovedVertices& m = moved.emplace_back();
-    m = {all.first[mesh], all.triangles_of(mesh), scene.meshes.at(number).indices, {}, mesh, number, v.there};
+    m = {all.first[mesh], all.triangles_of(mesh), {}, {}, mesh, number, v.there};
+    MeshState& state = scene.meshes.at(number);
+    if (state.indices_there && scene.world->reads_vertices_there(mesh))
+      m.corners_there = state.indices_there;
+    else
+      m.corners = indices_of(state);
     if (!v.there) m.positions = dense.emplace_back(v.positions, v.stride, v.count).all;
   }
   const bool there = edits.transforms_there && edits.edits.transforms().empty();
   SceneChange change{.vertices = moved,
-                     .transforms = there ? MovedTransforms(edits.transforms_there) : edits.edits.transforms()};
+                     .transforms = there ? MovedTransforms(edits.transforms_there) : edits.edits.transforms(),
+                     .masks = masks};
   scene.world->commit(change, scene.update);
   for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
 }
@@ -104,6 +136,11 @@ void commit_structure(SceneState& scene, PendingEdits& edits) {
 /// Makes `edits` true, which were the scene's: they are gone, whatever follows.
 void commit(SceneState& scene, PendingEdits& edits) {
   separate_moved(scene, edits);
+  const std::vector<std::uint32_t> masks = read_masks(edits);
+  if (!masks.empty() && edits.edits.hides_or_shows(masks)) {
+    scene.world->scene();
+    edits.edits.set_masks(masks);
+  }
   std::vector<ballot::Transform> read;
   if (edits.transforms_there && (edits.edits.changes_instances() || !scene.world->reads_transforms_there())) {
     read = read_transforms(*edits.transforms_there, edits.edits.placement_count());
@@ -112,7 +149,7 @@ void commit(SceneState& scene, PendingEdits& edits) {
   if (edits.edits.changes_structure())
     commit_structure(scene, edits);
   else
-    commit_moves(scene, edits);
+    commit_moves(scene, edits, masks);
   scene.refits = scene.world->last_update().refitted ? scene.refits + 1 : 0;
 }
 
@@ -139,9 +176,10 @@ BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, u
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(number, "ballot_scene_add_mesh", "number");
     const BallotMesh m = mesh_given(mesh, "ballot_scene_add_mesh");
+    const MeshBuffers from(m);
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "adding a mesh");
-    GivenMesh given = read_mesh(m, "mesh");
+    GivenMesh given = read_mesh(m, from, *state, "mesh");
     const bool by_number = m.id == 0xFFFFFFFF;
     *number = edits.edits.add_mesh(std::move(given.geometry), by_number ? std::nullopt : std::optional(m.id));
     edits.meshes.insert_or_assign(*number, std::move(given.state));
@@ -151,11 +189,12 @@ BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, u
 BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const BallotMesh* with) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const BallotMesh m = mesh_given(with, "ballot_scene_replace_mesh");
+    const MeshBuffers from(m);
     MovingVertices gone;
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "replacing a mesh");
     edits.edits.mesh_index(mesh);
-    GivenMesh given = read_mesh(m, fmt::format("mesh {}", mesh));
+    GivenMesh given = read_mesh(m, from, *state, fmt::format("mesh {}", mesh));
     edits.edits.replace_mesh(mesh, std::move(given.geometry));
     edits.meshes.insert_or_assign(mesh, std::move(given.state));
     gone = edits.vertices.extract(mesh);
@@ -284,11 +323,23 @@ BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instance
   });
 }
 
+BallotStatus ballot_scene_set_mask_buffer(BallotScene* scene, BallotBuffer* masks) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    const auto from = use(masks);
+    std::shared_ptr<const ballot::RawBuffer> gone;  // as MovingVertices
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "setting masks", false, true);
+    array_of<std::uint32_t>(*from, *state, edits.edits.placement_count(), "setting masks", "masks");
+    gone = std::exchange(edits.masks_there, {from, &from->raw()});
+  });
+}
+
 BallotStatus ballot_scene_commit(BallotScene* scene) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     std::unique_ptr<PendingEdits> edits;
     const DeviceUse use(*state->device);
     edits.swap(state->pending);
+    const MeshesGo go(edits);
     if (edits) commit(*state, *edits);
   });
 }
@@ -298,5 +349,6 @@ BallotStatus ballot_scene_discard(BallotScene* scene) {
     std::unique_ptr<PendingEdits> edits;
     const DeviceUse use(*state->device);
     edits.swap(state->pending);
+    const MeshesGo go(edits);
   });
 }

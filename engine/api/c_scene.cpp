@@ -3,6 +3,7 @@
 
 #include "engine/api/arrays.h"
 #include "engine/api/meshes.h"
+#include "engine/model/instances.h"
 
 namespace ballot::api {
 namespace {
@@ -18,6 +19,19 @@ std::shared_ptr<SceneState> new_state(const std::shared_ptr<DeviceState>& device
 
 Layout layout_of(const BallotSceneOptions& o) {
   return find_named(kLayouts, o.layout ? std::string_view(o.layout.text) : kDefaultLayout, "layout").id;
+}
+
+/// Places the meshes of a scene and finishes it. Bounds of what does not stay in place are found on the host.
+void finish(GivenScene& made, std::vector<Placement> placements, bool placed, Layout layout) {
+  if (!std::ranges::all_of(placements, is_identity, &Placement::transform)) bring_triangles(made);
+  SceneInstances& all = made.scene.instances;
+  all.placements = std::move(placements);
+  all.placed = placed;
+  all.layout = layout;
+  std::vector<Bounds> bounds;
+  if (made.there && !made.there->on_host)
+    for (const MeshExtents& mesh : made.there->meshes) bounds.push_back(mesh.bounds);
+  finish_scene(made.scene, bounds);
 }
 
 }  // namespace
@@ -39,15 +53,18 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
                          o.ids.text));
     std::vector<ballot::Placement> placements;
     if (instances) placements = read_instances(read_struct(instances, "BallotInstances"));
-    ballot::Scene made = read_meshes(meshes, count, state->meshes);
-    made.instances.placements = std::move(placements);
-    made.instances.placed = instances != nullptr;
-    made.instances.layout = layout_of(o);
-    ballot::finish_scene(made);
-    const DeviceUse use(*d);
+    std::vector<MeshBuffers> from;
+    for (std::size_t i = 0; i < count; ++i) from.emplace_back(mesh_struct(meshes, i));
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
-    state->open(std::move(made), scene_options(*d, o, "auto", o.cache != 0), build_progress(watch));
+    std::optional<DeviceUse> use;
+    if (std::ranges::any_of(from, &MeshBuffers::operator bool)) use.emplace(*d);
+    GivenScene made = read_meshes(meshes, from, *state);
+    finish(made, std::move(placements), instances != nullptr, layout_of(o));
+    if (!use) use.emplace(*d);
+    ballot::DeviceSceneOptions how = scene_options(*d, o, "auto", o.cache != 0);
+    how.triangles = std::move(made.there);
+    state->open(std::move(made.scene), how, build_progress(watch));
     *scene = scenes().add(state);
   });
 }
@@ -82,7 +99,8 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
     const ballot::DeviceScene& world = *state->world;
     const ballot::Forest* forest = world.forest();
     const ballot::BvhStats& s = world.bvh_stats();
-    const ballot::Bounds& bounds = world.scene().bounds;
+    const bool stays = !forest && !world.scene_facts().animation;  // bounds are true without the triangles
+    const ballot::Bounds& bounds = (stays ? world.scene_facts() : world.scene()).bounds;
     BallotSceneInfo i = BALLOT_INIT(BallotSceneInfo);
     i.triangles = world.scene_facts().triangles.size();
     i.degenerate = s.degenerate;
@@ -151,7 +169,7 @@ BallotStatus ballot_scene_indices(BallotScene* scene, uint32_t mesh, uint32_t* i
     const DeviceHold hold(*state->device);
     const auto found = state->meshes.find(mesh);
     if (found == state->meshes.end()) refuse(fmt::format("mesh {}: the scene has none of this number", mesh));
-    const std::vector<std::uint32_t>& all = found->second.indices;
+    const std::span<const std::uint32_t> all = indices_of(found->second);
     std::copy_n(all.begin(), std::min(room, all.size()), indices);
     *count = all.size();
   });

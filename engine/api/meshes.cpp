@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/api/mesh_shapes.h"
 #include "engine/core/parallel.h"
 
 namespace ballot::api {
@@ -12,16 +13,153 @@ namespace {
 
 constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
 constexpr std::size_t kMostInstances = std::numeric_limits<std::uint32_t>::max() - 2;  // each has a triangle at least
+
 template <class Index>
 std::vector<std::uint32_t> read_indices(const BallotMesh& m, const std::string& where) {
-  std::vector<std::uint32_t> indices(m.index_count);
-  const Index* from = static_cast<const Index*>(m.indices);
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    indices[i] = from[i];
-    if (indices[i] >= m.vertex_count)
-      refuse(fmt::format("{}: index {} is {}, but there are {} vertices", where, i, indices[i], m.vertex_count));
+  const std::span given(static_cast<const Index*>(m.indices), m.index_count);
+  check_indices(given, m.vertex_count, where);
+  return {given.begin(), given.end()};
+}
+
+/// What a mesh is made of: checked, but for what lies on the device.
+struct MeshSource {
+  MeshState state;
+  std::optional<DenseVertices> positions;  // of the host
+  std::optional<DeviceVertices> there;     // instead of these
+  std::vector<std::array<glm::vec3, 3>> normals;
+  std::vector<ballot::Shape> shapes = {};  // whose positions are the corners of what stands in for them
+
+  std::span<const std::uint32_t> corners() const {
+    return shapes.empty() ? std::span<const std::uint32_t>(state.indices) : std::span<const std::uint32_t>();
   }
-  return indices;
+};
+
+/// Throws Refused unless a mesh names its vertices once, its indices once or not at all, and enough of each.
+void check_mesh(const BallotMesh& m, std::uint32_t each, const std::string& where) {
+  const auto once = [&](bool here, bool there, const char* array, const char* buffer) {
+    if (here && there) refuse(fmt::format("{}: both {} and {} are set; expected one of them", where, array, buffer));
+  };
+  once(m.positions, m.vertex_buffer, "positions", "vertex_buffer");
+  once(m.indices, m.index_buffer, "indices", "index_buffer");
+  if ((!m.positions && !m.vertex_buffer) || m.vertex_count == 0)
+    refuse(fmt::format("{}: positions is NULL or vertex_count is 0; leave empty meshes out", where));
+  const bool indexed = m.indices || m.index_buffer;
+  const std::size_t corners = indexed ? m.index_count : m.vertex_count;
+  if (corners == 0 || corners % each)
+    refuse(fmt::format("{}: {} {}; expected a multiple of {}, at least {}", where, corners,
+                       indexed ? "indices" : "vertices without indices", each, each));
+  check_triangle_count(corners / each, where);
+  if (!indexed && m.index_count)
+    refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
+  if (m.vertex_buffer && m.position_stride && m.position_stride != sizeof(glm::vec3))
+    refuse(fmt::format("{}: position_stride is {}; expected 0 beside vertex_buffer", where, m.position_stride));
+  if (m.index_buffer && m.index_type == BALLOT_INDEX_U16)
+    refuse(fmt::format("{}: index_type is BALLOT_INDEX_U16; those of index_buffer have 32 bits", where));
+}
+
+/// Reads the indices of a mesh, or copies them on the device.
+void take_indices(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const std::string& where,
+                  MeshState& to) {
+  if (from.indices) {
+    const auto& given = array_of<std::uint32_t>(*from.indices, scene, m.index_count, where.c_str(), "indices");
+    Buffer<std::uint32_t> own(*scene.device->gpu, m.index_count, Access::Storage, "corners of triangles that move");
+    own.copy_from(given, 0, 0, m.index_count);
+    to.indices_there = std::make_shared<const Buffer<std::uint32_t>>(std::move(own));
+  } else if (m.indices && m.index_type == BALLOT_INDEX_U16) {
+    to.indices = read_indices<std::uint16_t>(m, where);
+  } else if (m.indices && m.index_type == BALLOT_INDEX_U32) {
+    to.indices = read_indices<std::uint32_t>(m, where);
+  } else if (m.indices) {
+    refuse(
+        fmt::format("{}: index_type is {}; expected BALLOT_INDEX_U16 or BALLOT_INDEX_U32", where, int(m.index_type)));
+  }
+}
+
+MeshSource read_vertices(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene,
+                         const std::string& where) {
+  const ShapeInfo& info = shapes_of(m, where);
+  check_mesh(m, info.vertices, where);
+  MeshSource mesh;
+  mesh.state = {(m.indices || m.index_buffer ? m.index_count : m.vertex_count) / info.vertices, m.vertex_count};
+  mesh.state.kind = info.kind;
+  take_indices(m, from, scene, where, mesh.state);
+  if (from.vertices) {
+    array_of<glm::vec3>(*from.vertices, scene, m.vertex_count, where.c_str(), "vertices");
+    mesh.there = {.buffer = {from.vertices, &from.vertices->raw()}, .count = m.vertex_count};
+    check_there(*mesh.there, *scene.device->gpu, where);
+  } else {
+    const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
+    check_vertices(mesh.positions.emplace(m.positions, stride, m.vertex_count).all, where);
+  }
+  if (!m.normals) return mesh;
+  const std::size_t normal_stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
+  const DenseVertices normals(m.normals, normal_stride, m.vertex_count);
+  check_vertices(normals.all, where + ", normals");
+  if (info.kind != ShapeKind::Triangles) {
+    mesh.state.normals.assign(normals.all.begin(), normals.all.end());
+    return mesh;
+  }
+  const std::span<const std::uint32_t> corners = indices_of(mesh.state);
+  if (from.indices) check_indices(corners, m.vertex_count, where);
+  mesh.normals.resize(mesh.state.triangles);
+  expand(corners, normals.all, mesh.normals);
+  return mesh;
+}
+
+MeshSource read_source(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene,
+                       const std::string& where) {
+  MeshSource mesh = read_vertices(m, from, scene, where);
+  if (mesh.state.kind == ShapeKind::Triangles) return mesh;
+  mesh.state.radii = read_radii(m, where);
+  mesh.shapes = shapes_at(mesh.state, mesh.positions->all, where);
+  std::vector<glm::vec3> corners;
+  for (const Triangle& t : stand_ins(mesh.state.kind, mesh.shapes)) corners.insert(corners.end(), t.begin(), t.end());
+  mesh.positions->gathered = std::move(corners);
+  mesh.positions->all = mesh.positions->gathered;
+  return mesh;
+}
+
+/// Has the device make the triangles of meshes, one behind the other, and tells their states the bounds. Throws
+/// Error(Arguments), which begins with the mesh's name, if it finds a vertex or an index that cannot be.
+TrianglesThere make_there(const SceneState& scene, std::span<MeshSource> meshes, std::span<const std::string> names) {
+  std::vector<MovedVertices> all;
+  std::size_t count = 0;
+  for (const MeshSource& mesh : meshes) {
+    MovedVertices& m = all.emplace_back();
+    m.first = count, m.triangles = mesh.state.triangles;
+    m.corners = mesh.corners(), m.corners_there = mesh.state.indices_there;
+    if (mesh.positions) m.positions = mesh.positions->all;
+    m.there = mesh.there;
+    count += m.triangles;
+  }
+  IndexedTriangles made(*scene.device->gpu, count);
+  made.record(all, made.triangles());
+  const std::vector<IndexedTriangles::Found> found = made.found();
+  std::vector<MeshExtents> extents;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    check_found(all[i], found[i], names[i], scene.device->gpu->info());
+    extents.push_back(found[i].extents);
+    meshes[i].state.bounds = found[i].extents.bounds;
+  }
+  return {std::move(made.triangles()), std::move(extents)};
+}
+
+/// Gives a scene the normals of those of its meshes that have some.
+void gather_normals(std::span<const MeshSource> meshes, const SceneInstances& all, Scene& to) {
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    if (meshes[i].normals.empty()) continue;
+    to.normals.resize(to.triangles.size());
+    std::ranges::copy(meshes[i].normals, to.normals.begin() + std::ptrdiff_t(all.first[i]));
+  }
+}
+
+/// Gives a scene the shapes of those of its meshes that have some.
+void gather_shapes(std::span<const MeshSource> meshes, const SceneInstances& all, Scene& to) {
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    if (meshes[i].shapes.empty()) continue;
+    to.shapes.resize(to.triangles.size());
+    std::ranges::copy(meshes[i].shapes, to.shapes.begin() + std::ptrdiff_t(all.first[i]));
+  }
 }
 
 /// Gives the triangles of meshes without normals their own, where other meshes have some.
@@ -34,6 +172,11 @@ void fill_normals(Scene& scene) {
 }
 
 }  // namespace
+
+MeshBuffers::MeshBuffers(const BallotMesh& m) {
+  if (m.vertex_buffer) vertices = use(m.vertex_buffer);
+  if (m.index_buffer) indices = use(m.index_buffer);
+}
 
 DenseVertices::DenseVertices(const float* from, std::size_t stride, std::size_t count) {
   if (stride == sizeof(glm::vec3)) {
@@ -60,110 +203,68 @@ void check_triangle_count(std::size_t triangles, const std::string& where) {
                        kMostTriangles));
 }
 
-namespace {
-
-/// Returns the row of the shapes that a mesh is made of. Throws Refused unless it has what they need.
-const ShapeInfo& shapes_of(const BallotMesh& m, const std::string& where) {
-  const ShapeInfo& info = find_named(kShapes, m.shapes ? m.shapes.text : kShapes[0].name, "kind of shapes");
-  if (!m.positions || m.vertex_count == 0)
-    refuse(fmt::format("{}: positions is NULL or vertex_count is 0; leave empty meshes out", where));
-  const std::size_t corners = m.indices ? m.index_count : m.vertex_count;
-  if (corners == 0 || corners % info.vertices)
-    refuse(fmt::format("{}: {} {}; expected a multiple of {}, at least {}", where, corners,
-                       m.indices ? "indices" : "vertices without indices", info.vertices, info.vertices));
-  check_triangle_count(corners / info.vertices, where);
-  if (!m.indices && m.index_count)
-    refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
-  if (info.radii != (m.radii != nullptr))
-    refuse(fmt::format("{}: radii is {}NULL, but {} have {}", where, m.radii ? "not " : "", info.name,
-                       info.radii ? "some" : "none"));
-  if (info.kind != ShapeKind::Triangles && info.normals != (m.normals != nullptr))
-    refuse(fmt::format("{}: normals is {}NULL, but {} have {}", where, m.normals ? "not " : "", info.name,
-                       info.normals ? "some" : "none"));
-  return info;
-}
-
-std::vector<std::uint32_t> read_corners(const BallotMesh& m, const std::string& where) {
-  if (!m.indices) return {};
-  if (m.index_type == BALLOT_INDEX_U16) return read_indices<std::uint16_t>(m, where);
-  if (m.index_type == BALLOT_INDEX_U32) return read_indices<std::uint32_t>(m, where);
-  refuse(fmt::format("{}: index_type is {}; expected BALLOT_INDEX_U16 or BALLOT_INDEX_U32", where, int(m.index_type)));
-}
-
-std::vector<float> read_radii(const BallotMesh& m, const std::string& where) {
-  std::vector<float> radii(m.radii ? m.vertex_count : 0);
-  const std::size_t stride = stride_of(m.radius_stride, sizeof(float), radii.size(), where + ": radius_stride");
-  const char* from = reinterpret_cast<const char*>(m.radii);
-  for (std::size_t i = 0; i < radii.size(); ++i) std::memcpy(&radii[i], from + i * stride, sizeof(float));
-  return radii;
-}
-
-}  // namespace
-
-std::vector<ballot::Shape> shapes_at(const MeshState& mesh, std::span<const glm::vec3> positions,
-                                     const std::string& where) {
-  return make_shapes(mesh.kind, mesh.indices, {positions, mesh.radii, mesh.normals}, where);
-}
-
-GivenMesh read_mesh(const BallotMesh& m, const std::string& where) {
-  const ShapeInfo& info = shapes_of(m, where);
-  const std::size_t corners = m.indices ? m.index_count : m.vertex_count;
-  GivenMesh mesh{{corners / info.vertices, m.vertex_count, read_corners(m, where)}, {}};
-  MeshGeometry& made = mesh.geometry;
-  made.kind = info.kind;
-  const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
-  const DenseVertices positions(m.positions, stride, m.vertex_count);
-  check_vertices(positions.all, where);
-  std::optional<DenseVertices> normals;
-  if (m.normals) {
-    const std::size_t normal_stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
-    check_vertices(normals.emplace(m.normals, normal_stride, m.vertex_count).all, where + ", normals");
+GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const std::string& where) {
+  MeshSource source = read_source(m, from, scene, where);
+  GivenMesh mesh{source.state, {std::vector<Triangle>(source.state.triangles), std::move(source.normals)}};
+  if (from) {
+    const TrianglesThere there = make_there(scene, std::span(&source, 1), std::span(&where, 1));
+    there.triangles.download(mesh.geometry.triangles);
+    mesh.state = std::move(source.state);
+  } else {
+    expand(source.corners(), source.positions->all, mesh.geometry.triangles);
   }
-  if (info.kind != ShapeKind::Triangles) {
-    mesh.state.kind = info.kind;
-    mesh.state.radii = read_radii(m, where);
-    if (normals) mesh.state.normals.assign(normals->all.begin(), normals->all.end());
-    made.shapes = shapes_at(mesh.state, positions.all, where);
-    made.triangles = stand_ins(info.kind, made.shapes);
-    return mesh;
-  }
-  made.triangles.resize(mesh.state.triangles);
-  expand(mesh.state.indices, positions.all, made.triangles);
-  if (!normals) return mesh;
-  made.normals.resize(mesh.state.triangles);
-  expand(mesh.state.indices, normals->all, made.normals);
+  mesh.geometry.kind = mesh.state.kind;
+  mesh.geometry.shapes = std::move(source.shapes);
   return mesh;
 }
 
-Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::map<std::uint32_t, MeshState>& states) {
-  check_mesh_count(meshes, count);
-  Scene made;
-  made.name = "scene";
-  SceneInstances& all = made.instances;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::string where = fmt::format("mesh {}", i);
-    const BallotMesh m = mesh_struct(meshes, i);
-    GivenMesh mesh = read_mesh(m, where);
-    const std::size_t first = made.triangles.size();
-    check_triangle_count(first + mesh.state.triangles, where);
-    all.first.push_back(first);
-    all.mesh_labels.push_back({.id = m.id, .kind = mesh.geometry.kind});
-    if (!mesh.geometry.shapes.empty()) made.shapes.resize(first);
-    made.shapes.insert(made.shapes.end(), mesh.geometry.shapes.begin(), mesh.geometry.shapes.end());
-    if (first == 0) {
-      made.triangles = std::move(mesh.geometry.triangles);
-      made.normals = std::move(mesh.geometry.normals);
-    } else {
-      made.triangles.insert(made.triangles.end(), mesh.geometry.triangles.begin(), mesh.geometry.triangles.end());
-      if (!mesh.geometry.normals.empty()) made.normals.resize(first);
-      made.normals.insert(made.normals.end(), mesh.geometry.normals.begin(), mesh.geometry.normals.end());
-    }
-    states.emplace_hint(states.end(), static_cast<std::uint32_t>(i), std::move(mesh.state));
+std::span<const std::uint32_t> indices_of(MeshState& mesh) {
+  if (mesh.indices.empty() && mesh.indices_there) {
+    std::vector<std::uint32_t> read(mesh.indices_there->size());
+    mesh.indices_there->download(read);
+    mesh.indices = std::move(read);
   }
-  fill_normals(made);
-  if (!made.shapes.empty()) made.shapes.resize(made.triangles.size());
-  all.first.push_back(made.triangles.size());
-  return made;
+  return mesh.indices;
+}
+
+GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> from, SceneState& scene) {
+  GivenScene given;
+  given.scene.name = "scene";
+  SceneInstances& all = given.scene.instances;
+  std::vector<MeshSource> sources;
+  std::vector<std::string> names;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const std::string& where = names.emplace_back(fmt::format("mesh {}", i));
+    const BallotMesh m = mesh_struct(meshes, i);
+    sources.push_back(read_source(m, from[i], scene, where));
+    all.first.push_back(count);
+    all.mesh_labels.push_back({.id = m.id, .kind = sources[i].state.kind});
+    count += sources[i].state.triangles;
+    check_triangle_count(count, where);
+  }
+  all.first.push_back(count);
+  given.scene.triangles.resize(count);
+  gather_normals(sources, all, given.scene);
+  gather_shapes(sources, all, given.scene);
+  if (std::ranges::any_of(from, &MeshBuffers::operator bool)) {
+    given.there = std::make_shared<TrianglesThere>(make_there(scene, sources, names));
+    if (!given.scene.normals.empty()) bring_triangles(given);
+  } else {
+    for (std::size_t i = 0; i < sources.size(); ++i)
+      expand(sources[i].corners(), sources[i].positions->all,
+             std::span(given.scene.triangles).subspan(all.first[i], sources[i].state.triangles));
+  }
+  fill_normals(given.scene);
+  for (std::size_t i = 0; i < sources.size(); ++i)
+    scene.meshes.emplace_hint(scene.meshes.end(), static_cast<std::uint32_t>(i), std::move(sources[i].state));
+  return given;
+}
+
+void bring_triangles(GivenScene& given) {
+  if (!given.there || given.there->on_host) return;
+  given.there->triangles.download(given.scene.triangles);
+  given.there->on_host = true;
 }
 
 std::vector<Placement> read_instances(const BallotInstances& given) {

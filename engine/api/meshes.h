@@ -22,23 +22,40 @@ struct DenseVertices {
   std::span<const glm::vec3> all;
 };
 
-/// A mesh that a caller gave.
+/// The arrays on the device that a caller's mesh names; null: it has none. They go once the call has let go of the
+/// device: the last reference to an array takes the device to destroy it.
+struct MeshBuffers {
+  explicit MeshBuffers(const BallotMesh& m);
+  std::shared_ptr<BufferState> vertices, indices;
+  explicit operator bool() const { return vertices || indices; }
+};
+
+/// Checks a mesh and reads its triangles. Of arrays on the device they are made there and read back; the device is held
+/// then. Throws Refused, which begins with `where`.
 struct GivenMesh {
   MeshState state;
   MeshGeometry geometry;
 };
-/// Returns the shapes of a mesh whose vertices lie at these positions.
-std::vector<ballot::Shape> shapes_at(const MeshState& mesh, std::span<const glm::vec3> positions,
-                                     const std::string& where);
-/// Checks a mesh and reads its triangles. Throws Refused, which begins with `where`.
-GivenMesh read_mesh(const BallotMesh& m, const std::string& where);
+GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const std::string& where);
+
+/// Returns the indices of a mesh, read back if the host has not had them yet. The device is held.
+std::span<const std::uint32_t> indices_of(MeshState& mesh);
 
 /// Throws Refused if a scene has too many triangles. `where` begins the text.
 void check_triangle_count(std::size_t triangles, const std::string& where);
 
-/// Checks meshes and returns a scene of them, which the caller finishes. Writes their states by number. Throws Refused,
-/// which names the mesh.
-Scene read_meshes(const BallotMesh* meshes, std::size_t count, std::map<std::uint32_t, MeshState>& states);
+/// A scene of meshes, which the caller finishes, and where its triangles are if one of the meshes names arrays on the
+/// device; null: the host has them.
+struct GivenScene {
+  Scene scene;
+  std::shared_ptr<TrianglesThere> there;
+};
+/// Checks meshes and returns a scene of them. Writes their states by number. The device is held if there are arrays on
+/// it: `from` has those of each mesh. Throws Refused, which names the mesh.
+GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> from, SceneState& scene);
+
+/// Has the host have the triangles as well.
+void bring_triangles(GivenScene& given);
 
 /// Checks instances and returns them. Throws Refused.
 std::vector<Placement> read_instances(const BallotInstances& given);

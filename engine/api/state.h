@@ -101,11 +101,13 @@ class DeviceUse : DeviceHold {
 /// What a mesh's caller gave, and what the next caller may ask.
 struct MeshState {
   std::size_t triangles = 0, vertices = 0;
-  std::vector<std::uint32_t> indices = {};  // empty: vertices in turn
+  std::vector<std::uint32_t> indices = {};  // empty: vertices in turn, or indices that lie on the device
+  std::optional<Bounds> bounds = {};        // in its own space; found when somebody asks
+  /// The indices on the device, of a mesh that was given them there. It goes while the device is held.
+  std::shared_ptr<const Buffer<std::uint32_t>> indices_there = {};
   ShapeKind kind = ShapeKind::Triangles;
   std::vector<float> radii = {};  // these two of each vertex, where its shapes have them
   std::vector<glm::vec3> normals = {};
-  std::optional<Bounds> bounds = {};  // in its own space; found when somebody asks
 };
 
 /// Edits that wait for a commit.
@@ -122,8 +124,8 @@ struct PendingEdits {
   std::map<std::uint32_t, MeshState> meshes;   // that are added, or have other triangles, by number
   std::map<std::uint32_t, Vertices> vertices;  // that move, by number
   std::vector<Transform> transforms;  // of all instances, if they do not lie side by side in the caller's memory
-  std::shared_ptr<const RawBuffer> transforms_there =
-      {};  // of all instances, on the device; with no other edits of them
+  /// Of all instances, on the device. Beside transforms no other edits of meshes and instances.
+  std::shared_ptr<const RawBuffer> transforms_there = {}, masks_there = {};
 };
 
 /// The unit normals of the triangles of a scene without instances.
@@ -147,6 +149,8 @@ struct SceneState {
     const DeviceHold hold(*device);
     there.reset();
     world.reset();
+    meshes.clear();
+    if (pending) pending->meshes.clear();
   }
   /// Takes a finished scene and the options of its engine.
   void open(Scene scene, const DeviceSceneOptions& options, const Progress& progress);

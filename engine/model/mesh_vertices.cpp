@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "engine/core/error.h"
 #include "engine/core/parallel.h"
 
 namespace ballot {

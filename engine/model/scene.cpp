@@ -59,6 +59,17 @@ void check_textures(const Scene& scene) {
     }
 }
 
+/// Returns the bounds of meshes that are placed by the identity, if at all.
+Bounds bounds_of_placed(const SceneInstances& all, std::span<const Bounds> of_meshes) {
+  std::optional<Bounds> bounds;
+  for (const Placement& p : all.placements) {
+    if (p.mask == 0 || all.triangles_of(p.mesh) == 0) continue;
+    const Bounds& mesh = of_meshes[p.mesh];
+    bounds = bounds ? Bounds{glm::min(bounds->lo, mesh.lo), glm::max(bounds->hi, mesh.hi)} : mesh;
+  }
+  return bounds.value_or(Bounds{});
+}
+
 /// Returns a view of the whole bounding sphere, from the front right and a little above.
 View framing_view(const Bounds& bounds) {
   const glm::dvec3 lo{bounds.lo}, hi{bounds.hi};
@@ -99,14 +110,17 @@ Bounds bounds_of_vertices(std::span<const Triangle> triangles, std::string_view 
   return bounds;
 }
 
-void finish_scene(Scene& scene) {
+void finish_scene(Scene& scene, std::span<const Bounds> of_meshes) {
   if (scene.materials.empty()) scene.materials.push_back({.name = "default"});
   check_sizes(scene);
   if (scene.materials.size() == 1) scene.material_of = {};
   check_textures(scene);
-  scene.bounds = bounds_of_vertices(scene.triangles, scene.name);
+  if (of_meshes.empty()) scene.bounds = bounds_of_vertices(scene.triangles, scene.name);
   complete_instances(scene);
-  if (scene.instanced()) scene.bounds = bounds_of_instances(scene);
+  if (!of_meshes.empty())
+    scene.bounds = bounds_of_placed(scene.instances, of_meshes);
+  else if (scene.instanced())
+    scene.bounds = bounds_of_instances(scene);
   if (scene.views.empty()) scene.views.push_back(framing_view(scene.bounds));
 }
 

@@ -72,10 +72,11 @@ struct Scene {
 SceneFeatures features_of(const Scene& scene, const TreeFacts& tree = {});
 
 /// Checks and completes a scene built in memory, as load_scene() does: bounds, default material, default view, and what
-/// lacks of its meshes and placements (complete_instances() in instances.h).
+/// lacks of its meshes and placements (complete_instances() in instances.h). `of_meshes`: the bounds of each, whose
+/// triangles lie elsewhere; placements are then identities.
 /// Throws Error(Arguments) if array sizes disagree, if an index of a material, texture, image or set of coordinates is
 /// out of range, if a vertex is not finite, or as complete_instances() does.
-void finish_scene(Scene& scene);
+void finish_scene(Scene& scene, std::span<const Bounds> of_meshes = {});
 
 /// Returns the bounds of triangles; zero if there are none. Throws Error(Arguments), which names the scene, if a vertex
 /// is not finite.

@@ -1,6 +1,7 @@
 #include "engine/model/scene_edits.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "engine/core/error.h"
@@ -136,6 +137,16 @@ void SceneEdits::remove_placement(std::uint32_t placement) {
 }
 
 void SceneEdits::set_mask(std::uint32_t placement, std::uint32_t mask) { place_at(placement).placement.mask = mask; }
+
+void SceneEdits::set_masks(std::span<const std::uint32_t> masks) {
+  open();
+  for (std::size_t i = 0; auto& [number, place] : places_) place.placement.mask = masks[i++];
+}
+
+bool SceneEdits::hides_or_shows(std::span<const std::uint32_t> masks) const {
+  const auto differs = [](const Placement& p, std::uint32_t mask) { return (p.mask == 0) != (mask == 0); };
+  return opened_ || !std::ranges::equal(scene_.instances.placements, masks, std::not_fn(differs));
+}
 
 void SceneEdits::set_transform(std::uint32_t placement, const Transform& transform) {
   check_placement(placement);

@@ -61,6 +61,11 @@ class SceneEdits {
   std::uint32_t add_placement(std::uint32_t mesh, const Transform& transform, std::uint32_t mask);
   void remove_placement(std::uint32_t placement);
   void set_mask(std::uint32_t placement, std::uint32_t mask);
+  /// Sets the masks of all placements, in the order of their numbers.
+  void set_masks(std::span<const std::uint32_t> masks);
+  /// Returns true if such masks change the structure, or the other edits do so: a placement is met that was not before,
+  /// or the other way round.
+  bool hides_or_shows(std::span<const std::uint32_t> masks) const;
   void set_transform(std::uint32_t placement, const Transform& transform);
   /// Moves all placements, in the order of their numbers. The transforms must stay until the edits are taken.
   void set_transforms(std::span<const Transform> transforms);

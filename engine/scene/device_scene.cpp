@@ -3,6 +3,7 @@
 
 #include "ballot_commit.h"
 #include "engine/core/interruption.h"
+#include "engine/core/memory.h"
 #include "engine/core/stopwatch.h"
 #include "engine/model/digest.h"
 #include "engine/model/instances.h"
@@ -42,6 +43,13 @@ glm::dmat4 ndc_from_camera(const View& view, double aspect) {
   return m;
 }
 
+/// Returns the triangles of a scene that trees of a builder are made of on the device; null: the host has them now.
+TrianglesThere* kept_there(TrianglesThere* there, Scene& scene, const Context& gpu, BuilderId builder) {
+  if (!there || (gpu.info().float64 && builder_of(builder).on_device)) return there;
+  if (!there->on_host) there->triangles.download(scene.triangles);
+  return nullptr;
+}
+
 /// Returns true if the device can build all trees of a scene.
 bool takes_builder(const DeviceInfo& device, const Scene& scene) {
   std::size_t largest = scene.triangles.size();
@@ -73,10 +81,12 @@ DeviceScene::DeviceScene(Scene scene, const DeviceSceneOptions& options, const P
                                                    .expected_rays = options.expected_rays});
   use_cache_ = options.use_cache;
   const Timer timer;
+  TrianglesThere* const there = kept_there(options.triangles.get(), scene_, *gpu_, build_.builder);
   if (scene_.instanced()) {
-    make_forest(options.use_cache, progress);
+    make_forest(options.use_cache, there, progress);
   } else {
-    SceneTree built = build_tree(*gpu_, scene_.triangles, build_, options.use_cache, progress);
+    SceneTree built = there ? build_there(*gpu_, *there, 0, scene_.triangles.size(), build_)
+                            : build_tree(*gpu_, scene_.triangles, build_, options.use_cache, progress);
     bvh_ = std::move(built.bvh);
     features_ = features_with(facts_of(bvh_));
     tracer_ = std::make_unique<Tracer>(*gpu_, bvh_, scene_.triangles, features_.tree, std::move(built.there));
@@ -86,6 +96,11 @@ DeviceScene::DeviceScene(Scene scene, const DeviceSceneOptions& options, const P
   for (std::size_t i = 0; i < policies_.size(); ++i)
     policies_[i].built(times_.bvh_s, forest_ ? forest_->meshes()[i].bvh->stats.sah : bvh_.stats.sah);
   watch_lateness();
+  for (std::size_t i = 0; there && !there->on_host && i < policies_.size(); ++i)
+    if (const auto& built = tracer_->tree().built(i)) {
+      triangles_are_there(i);
+      release_pages(std::as_bytes(std::span(scene_.triangles).subspan(first_of(i), built->triangles().size())));
+    }
   if (options.use_cache) tracer_->tree().keep_in(cache_folder() / "bvh");
   make_renderers();
 }

@@ -79,6 +79,7 @@ struct SceneChange {
   std::optional<SceneStructure> structure = {};  // none: meshes and placements stay, and what follows moves them
   std::span<const MovedVertices> vertices = {};  // of meshes whose trees hold no others, or of a flat scene
   MovedTransforms transforms = {};               // of all placements; on the device if reads_transforms_there()
+  std::span<const std::uint32_t> masks = {};     // of all placements, as hides_or_shows() is false for; none: they stay
 };
 
 struct DeviceSceneOptions {
@@ -88,10 +89,11 @@ struct DeviceSceneOptions {
   /// `window` and `statistics` are then ignored: they are as the device was opened with.
   std::shared_ptr<Context> context = {};
   BuildSettings build = {};
-  std::optional<double> expected_rays = {};  // that will be traced in all: a hint for builder `auto`
-  bool use_cache = true;                     // keeps BVHs on disk, in cache_folder()
-  const WindowSurface* window = nullptr;     // shows pictures; the device must be able to present to it
-  bool statistics = false;                   // ContextOptions::statistics
+  std::optional<double> expected_rays = {};        // that will be traced in all: a hint for builder `auto`
+  bool use_cache = true;                           // keeps BVHs on disk, in cache_folder()
+  const WindowSurface* window = nullptr;           // shows pictures; the device must be able to present to it
+  bool statistics = false;                         // ContextOptions::statistics
+  std::shared_ptr<TrianglesThere> triangles = {};  // on `context`; are taken. The scene has room for them, and bounds
   std::vector<Query> queries = {};  // checked before the BVH is built: throws if the device cannot follow their knobs
 };
 
@@ -129,8 +131,8 @@ class DeviceScene {
   Triangle triangle(std::uint32_t prim) const;
   /// Returns the normal of a hit on a shape; none of one on a triangle.
   std::optional<glm::vec3> shape_normal(const Hit& hit) const;
-  /// Returns the tree. One that was built on the device is read back by the first call. Of a scene with instances only
-  /// bounds and statistics are there: those of all meshes together.
+  /// Returns the tree, which the first call reads back from the device. Of a scene with instances only bounds and
+  /// statistics are there: those of all meshes together.
   const Bvh& bvh() {
     late_.bring();
     return forest_ ? forest_->summary() : tracer_->tree().whole_bvh();
@@ -180,6 +182,8 @@ class DeviceScene {
   void commit(SceneChange& change, UpdateMode mode = UpdateMode::Auto);
   /// Returns true if commit() takes transforms that lie on the device.
   bool reads_transforms_there() const;
+  /// Returns true if commit() takes corners of a mesh that lie on the device.
+  bool reads_vertices_there(std::size_t mesh) const;
 
   /// Replaces the triangles by as many others, for example vertices that have moved, and returns those of before.
   /// Materials, normals, texture coordinates, lights and views stay. Traces after it find hits in the new ones. The
@@ -251,20 +255,19 @@ class DeviceScene {
   }
   /// Returns the bytes that rendering takes on the device, without the tree.
   std::uint64_t render_bytes();
-  /// Returns the tracer of pictures: tracer(), but for scenes far from the origin.
+  /// Returns the tracer of pictures: tracer(), but for scenes far from zero.
   Tracer& picture_tracer() { return *pictures().tracer_; }
 
   /// Makes the rays of one kind (ray_kinds.h) for a view of width x height pixels, 1 to 16384 each, on the device.
   /// Kinds that start at primary hits start at those that the default query finds. A pixel that hits nothing starts no
-  /// ray, so count() may be 0. Equal hits give equal rays on every device; u and v of a hit may round differently on
-  /// two devices. Throws Error(Arguments) on sizes or options out of range, Error(Work) if the device has too little
-  /// memory.
+  /// ray, so count() may be 0. Equal hits give equal rays on every device; their u and v may round differently. Throws
+  /// Error(Arguments) on sizes or options out of range, Error(Work) if the device has too little memory.
   std::unique_ptr<RayBatch> make_batch(const View& view, const RayKind& kind, std::uint32_t width, std::uint32_t height,
                                        const RayKindOptions& options = {}) {
     return batches_->make(view, kind, width, height, options);
   }
 
-  /// Puts the caller's own rays on the device, as a batch without a frame: n >= 0 rays as trace() takes them.
+  /// Puts the caller's own rays on the device, as a batch without a frame. Rays are as for trace().
   std::unique_ptr<RayBatch> make_batch(std::string name, std::span<const Ray> rays, Want want) {
     return batches_->make(std::move(name), rays, want);
   }
@@ -277,9 +280,8 @@ class DeviceScene {
   TraceTimes trace(RayBatch& batch, Query query) { return batches_->trace(batch, std::move(query)); }
 
   /// Runs a whole frame: primary rays, their trace, the rays of this kind, their trace, and the shading of every hit
-  /// into a film. The rays are the very rays of the batch: the primary trace is timed, but rays start at the hits that
-  /// the batch was made with. The paper's frames per second are 1000 / total_ms(). Throws as trace() does, and
-  /// Error(Arguments) if the batch has no frame.
+  /// into a film. The rays are those of the batch: the primary trace is timed, but they start at the hits that it was
+  /// made with. Frames per second are 1000 / total_ms(). Throws as trace(), and Error(Arguments) without a frame.
   FrameTimes frame(RayBatch& batch, Query query) { return batches_->frame(batch, std::move(query)); }
 
   /// Traces a batch by the instrumented variant of the query's kernel and sums up its counters; the hits are those of
@@ -290,9 +292,8 @@ class DeviceScene {
   HitChecker& checker();
 
   /// Finds, for each ray of a batch, whether it hits the triangle that it starts from, and whether its origin offset
-  /// loses a contact (origins.h). Traces the rays for their nearest hits, whatever the batch wants; the batch's own
-  /// hits stay. Contacts are found in double precision on the CPU, on all cores. Throws as trace() does, and
-  /// Error(Arguments) if the rays start at no hits or the scene has instances.
+  /// loses a contact (origins.h). Traces the rays for their nearest hits; the batch's own hits stay. Contacts are found
+  /// in double on the CPU. Throws as trace(), and Error(Arguments) if rays start at no hits or there are instances.
   std::vector<OriginCheck> check_origins(const RayBatch& batch, const Query& query = {});
 
   /// Returns the picture for a window, which stays on the device. A DeviceScene has one, made on first use.
@@ -318,7 +319,8 @@ class DeviceScene {
   SceneFeatures features_with(const TreeFacts& tree) const;
   void drop_renderers();
   void make_renderers();
-  void make_forest(bool use_cache, const Progress& progress);
+  void make_forest(bool use_cache, TrianglesThere* there, const Progress& progress);
+  void triangles_are_there(std::size_t tree);
   void move_instances(Pose pose, double pose_s);
   void bring_transforms();
   void refuse_instances(const char* what) const;

@@ -31,7 +31,7 @@ void check_there(const MovedVertices& mesh, const Context& gpu) {
   if (!mesh.there) return;
   const std::string where = fmt::format("mesh {}", mesh.number);
   check_there(*mesh.there, gpu, where);
-  if (mesh.corners.empty() && mesh.there->count < 3 * mesh.triangles)
+  if (!mesh.indexed() && mesh.there->count < 3 * mesh.triangles)
     fail(Failure::Arguments, "{}: {} vertices, but its {} triangles have three each", where, mesh.there->count,
          mesh.triangles);
 }
@@ -49,10 +49,13 @@ void DeviceScene::commit(SceneChange& change, UpdateMode mode) {
   for (const MovedVertices& mesh : change.vertices) check_there(mesh, *gpu_);
   if (change.structure)
     restructure(*change.structure);
+  else if (change.vertices.empty() && change.transforms.stay())
+    update_ = {};
   else if (forest_ || (takes_vertices(0) && !change.vertices.empty()))
     move_all(change, mode);
   else if (!change.vertices.empty())
     move_flat(change.vertices, mode);
+  for (std::size_t i = 0; i < change.masks.size(); ++i) scene_.instances.placements[i].mask = change.masks[i];
   update_.seconds = timer.seconds();
 }
 

@@ -17,6 +17,29 @@ constexpr std::size_t kCachedTriangles = 1 << 12;  // smaller trees are built fa
 // Smaller trees are read back: each that stays on the device takes a dozen buffers and kernels of its own.
 constexpr std::size_t kLeastThere = 1 << 16;
 
+/// Returns the trees of a scene whose triangles lie on the device, where they stay there too. The triangles of the
+/// others are read back.
+KnownTrees trees_there(Context& gpu, TrianglesThere& there, Scene& scene, const BuildSettings& settings) {
+  const TreeLayout layout = tree_layout(scene);
+  KnownTrees known(layout.first.size() - 1);
+  for (std::size_t t = 0; t < known.size(); ++t) {
+    const std::size_t first = layout.first[t], count = layout.first[t + 1] - first;
+    const auto triangles = std::span(scene.triangles).subspan(first, count);
+    if (count < kLeastThere) {
+      if (count > 0 && !there.on_host) there.triangles.download(triangles, first);
+      continue;
+    }
+    SceneTree built = build_there(gpu, there, first, count, settings);
+    MeshTree& made = known[t].emplace();
+    made = {triangles, std::make_shared<Bvh>(std::move(built.bvh)), {}, std::move(built.there)};
+    made.extents = {made.bvh->bounds, glm::vec3(0), made.bvh->is_empty()};
+    for (std::size_t m = 0; m < layout.tree_of.size(); ++m)
+      if (glm::vec3& most = made.extents.largest_triangle; layout.tree_of[m] == t)
+        most = glm::max(most, there.meshes[m].largest_triangle);
+  }
+  return known;
+}
+
 /// Returns the meshes of a layout as they lie in the arrays of the scene.
 std::vector<std::span<const Triangle>> meshes_of(const Scene& scene, const TreeLayout& layout) {
   std::vector<std::span<const Triangle>> meshes;
@@ -89,8 +112,9 @@ KnownTrees trees_that_stay(const Forest& forest, const Scene& scene) {
   return known;
 }
 
-void DeviceScene::make_forest(bool use_cache, const Progress& progress) {
-  forest_ = build_forest(*gpu_, scene_, build_, use_cache, {}, progress);
+void DeviceScene::make_forest(bool use_cache, TrianglesThere* there, const Progress& progress) {
+  const KnownTrees known = there ? trees_there(*gpu_, *there, scene_, build_) : KnownTrees();
+  forest_ = build_forest(*gpu_, scene_, build_, use_cache, known, progress);
   bvh_ = forest_->summary();
   features_ = features_with(forest_->facts());
   tracer_ = std::make_unique<Tracer>(*gpu_, *forest_);

@@ -39,17 +39,6 @@ MeshExtents united(const MeshExtents& a, const MeshExtents& b) {
 
 void check(const MovedVertices& mesh) { check_vertices(mesh.positions, fmt::format("mesh {}", mesh.number)); }
 
-/// Throws the error of a vertex that the device has refused.
-[[noreturn]] void refuse(const MovedVertices& mesh, std::size_t vertex, const DeviceInfo& device) {
-  const glm::vec3 found = mesh.there ? read_vertices(*mesh.there, vertex, 1)[0] : mesh.positions[vertex];
-  const std::string where = fmt::format("mesh {}", mesh.number);
-  check_vertices(std::span(&found, 1), where, vertex);
-  fail(
-      Failure::Work,
-      "{}: {} refuses vertex {}, ({}, {}, {}), that the host takes; the driver may be broken, or the array has changed",
-      where, device.name, vertex, found.x, found.y, found.z);
-}
-
 /// Meshes whose vertices the host has. Those that lie on the device are read back.
 struct OnHost {
   explicit OnHost(std::span<const MovedVertices> moved) : meshes(moved.begin(), moved.end()) {
@@ -91,6 +80,10 @@ std::size_t DeviceScene::first_of(std::size_t tree) const {
 /// device can tell which triangles have an area.
 bool DeviceScene::takes_vertices(std::size_t tree) const {
   return !scene_.animation && gpu_->info().float64 && tracer_->tree().built(tree);
+}
+
+bool DeviceScene::reads_vertices_there(std::size_t mesh) const {
+  return takes_vertices(tree_with(scene_.instances.first[mesh]));
 }
 
 /// Returns the meshes of a tree that have not moved and whose extents nobody has found yet, as if they moved to where
@@ -148,7 +141,7 @@ void DeviceScene::take_found(TreeMove& move) {
   if (move.asked.empty()) return;
   const std::vector<IndexedTriangles::Found> found = indexed_.at(move.tree).found();
   for (std::size_t i = 0; i < found.size(); ++i) {
-    if (found[i].first_bad) refuse(move.asked[i], *found[i].first_bad, gpu_->info());
+    check_found(move.asked[i], found[i], fmt::format("mesh {}", move.asked[i].number), gpu_->info());
     move.of_meshes[move.asked[i].first] = found[i].extents;
   }
   move.asked.clear();
@@ -271,15 +264,20 @@ void DeviceScene::apply_moves(std::span<TreeMove> moves, const MovedTransforms& 
   }
 }
 
+/// Tells that the triangles of a tree lie with it, on the device, and those of the host are others.
+void DeviceScene::triangles_are_there(std::size_t tree) {
+  late_.parts[tree].is_elsewhere([this, built = tracer_->tree().built(tree), first = first_of(tree)] {
+    built->triangles().download(std::span(scene_.triangles).subspan(first, built->triangles().size()));
+  });
+}
+
 /// Tells that trees have moved, and that the host's triangles follow, or are there.
 void DeviceScene::end_moves(std::span<TreeMove> moves) {
   for (TreeMove& m : moves) {
     const std::size_t first = first_of(m.tree);
     if (m.here.empty()) {
       for (const auto& [mesh, extents] : m.of_meshes) mesh_extents_[mesh] = extents;
-      late_.parts[m.tree].is_elsewhere([this, built = tracer_->tree().built(m.tree), first] {
-        built->triangles().download(std::span(scene_.triangles).subspan(first, built->triangles().size()));
-      });
+      triangles_are_there(m.tree);
       continue;
     }
     copy_parallel(std::span<const Triangle>(m.here), std::span(scene_.triangles).subspan(first, m.here.size()));

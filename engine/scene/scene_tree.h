@@ -26,6 +26,11 @@ std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const Bui
 SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
                      const Progress& progress);
 
+/// Builds the tree of triangles [first, first + count) of a scene, which lie on the device with float64. If these are
+/// all it takes their buffer. Throws as DeviceBuild does.
+SceneTree build_there(Context& gpu, TrianglesThere& there, std::size_t first, std::size_t count,
+                      const BuildSettings& settings);
+
 /// Builds the tree of a mesh of a scene with instances, as build_tree() does; those of large meshes alone are cached,
 /// and stay on the device. Trees of the device that do not stay are made in `scratch`, which is made if it is null.
 MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,

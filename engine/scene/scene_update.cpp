@@ -21,6 +21,18 @@ SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const Bu
   return {build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress)};
 }
 
+SceneTree build_there(Context& gpu, TrianglesThere& there, std::size_t first, std::size_t count,
+                      const BuildSettings& settings) {
+  std::optional<Buffer<Triangle>> part;
+  if (count < there.triangles.size()) {
+    part.emplace(gpu, count, Access::Storage, "triangles of the tree build");
+    part->copy_from(there.triangles, first, 0, count);
+  }
+  auto built = std::make_shared<DeviceBuild>(gpu, std::move(part ? *part : there.triangles), settings);
+  Bvh summary = built->summary();
+  return {std::move(summary), std::move(built)};
+}
+
 /// Tells the policies how long queries have walked the trees since they were last told. A mesh has taken the share that
 /// it has in what random rays are expected to take. Of instances none is told as long as no mesh was refitted.
 void DeviceScene::count_walks() {

@@ -67,13 +67,14 @@ struct PartPlace {
 
 // The bounds of the triangles that have moved, as ordered() of lib/build/order.glsl, and the first vertex with a
 // coordinate that leaves the range of scenes (POSE_NONE: none; pose/triangles.comp does not tell which). The largest
-// extent of a triangle along each axis: of pose/indexed.comp.
+// extent of a triangle along each axis, and the first index of no vertex (POSE_NONE: none): of pose/indexed.comp.
 #define POSE_NONE 0xFFFFFFFFu
 struct PoseState {
   uint lo[3];
   uint hi[3];
   uint first_bad;
   uint largest[3];  // bits of float32
+  uint first_bad_corner;
 };
 
 struct MovePush {

@@ -72,6 +72,47 @@ TEST_F(ApiDeviceEdits, MatricesMoveAllInstances) {
   expect_same(there, here);
 }
 
+TEST_F(ApiDeviceEdits, MasksOfAllInstances) {
+  ballot::Scene here = make(), there = make();
+  std::vector<std::uint32_t> numbers_of(kCount), masks(kCount);
+  ballot::Array<std::uint32_t> array(*device_, kCount + 3);
+  ballot::Array<ballot::Matrix> places(*device_, kCount);
+  places.write(matrices(0.01f));
+  for (std::uint32_t i = 0; i < kCount; ++i) numbers_of[i] = i;
+  const auto expect_same_masked = [&] {
+    std::vector<float> down;
+    for (std::size_t i = 0; i < 600; ++i) down.insert(down.end(), {0.0101f * float(i) - 3, 0.0087f * float(i) - 3, 4});
+    std::vector<std::uint32_t> words(200);
+    for (std::uint32_t i = 0; i < 200; ++i) words[i] = i % 4;
+    const std::vector<float> at(down.begin(), down.begin() + 600);
+    std::vector<ballot::Hit> hits(200), truth(200);
+    const ballot::RayView rays{.origins = at, .directions = {0, 0, -1}, .masks = words};
+    there.trace(rays, {.hits = hits.data()});
+    here.trace(rays, {.hits = truth.data()});
+    EXPECT_EQ(std::memcmp(hits.data(), truth.data(), hits.size() * sizeof hits[0]), 0);
+    for (std::size_t i = 0; i < kCount; i += 97) EXPECT_EQ(there.instances()[i].mask, masks[i]);
+  };
+  for (const std::uint32_t least : {1u, 2u, 0u, 1u}) {  // 0 hides instances
+    for (std::uint32_t i = 0; i < kCount; ++i) masks[i] = least + i % 3;
+    array.write(masks);
+    there.set_masks(array);
+    there.set_transforms(places);
+    there.commit();
+    here.set_masks(numbers_of, masks);
+    place(here, numbers(matrices(0.01f)));
+    expect_same_masked();
+  }
+  const ballot::Array<std::uint32_t> few(*device_, kCount - 1);
+  EXPECT_EQ(code_of([&] { there.set_masks(few); }), BALLOT_ERROR_ARGUMENT);
+  there.set_masks(array);
+  const std::vector<float> one{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  for (int i = 0; i < 4; ++i) there.add_instances(ballot::instances(one));
+  std::string text;
+  EXPECT_EQ(code_of([&] { there.commit(); }, &text), BALLOT_ERROR_ARGUMENT);
+  EXPECT_NE(text.find("1503 records, but the edits make 1504 instances"), std::string::npos) << text;
+  expect_same_masked();
+}
+
 TEST_F(ApiDeviceEdits, WrongMatricesChangeNothing) {
   ballot::Scene here = make(), there = make();
   std::vector<ballot::Matrix> wrong = matrices(0.01f);

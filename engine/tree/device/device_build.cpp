@@ -1,4 +1,4 @@
-// Builds the tree of triangles of the host, and reads it back in the reference form.
+// Builds the tree of triangles, and reads it back in the reference form.
 
 #include "engine/tree/device/device_build.h"
 #include "engine/core/error.h"
@@ -71,6 +71,13 @@ DeviceBuild::DeviceBuild(Context& gpu, std::span<const Triangle> triangles, cons
     : gpu_(gpu), settings_(settings), builder_(gpu) {
   check_settings(settings);
   build(triangles);
+}
+
+DeviceBuild::DeviceBuild(Context& gpu, Buffer<Triangle> triangles, const BuildSettings& settings)
+    : gpu_(gpu), settings_(settings), builder_(gpu), triangles_(std::move(triangles)) {
+  check_settings(settings);
+  DeviceBuilder::check_count(gpu.info(), triangles_->size());
+  rebuild();
 }
 
 void DeviceBuild::build(std::span<const Triangle> triangles) {

@@ -9,12 +9,15 @@
 
 namespace ballot {
 
-/// A tree that DeviceBuilder made of triangles of the host. It keeps the builder's memory, so that the tree can be
+/// A tree that DeviceBuilder made. It keeps the builder's memory, so that the tree can be
 /// written in other layouts. Belongs to the thread of its Context.
 class DeviceBuild {
  public:
   /// Uploads the triangles and builds their tree. Throws Error as build_bvh() and DeviceBuilder do.
   DeviceBuild(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings);
+
+  /// The same for triangles on the device, which it takes. They are valid as build_bvh() has it.
+  DeviceBuild(Context& gpu, Buffer<Triangle> triangles, const BuildSettings& settings);
 
   /// Returns bounds and statistics, without nodes and references. `largest_leaf` is what the settings allow.
   const Bvh& summary() const { return summary_; }

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/core/error.h"
+#include "engine/model/mesh_vertices.h"
 #include "engine/tree/device/device_poser.h"
 
 namespace ballot {
@@ -26,7 +28,7 @@ KernelSource indexed_source(bool indices) {
 
 }  // namespace
 
-PoseState empty_pose_state() { return {{~0u, ~0u, ~0u}, {0, 0, 0}, POSE_NONE, {0, 0, 0}}; }
+PoseState empty_pose_state() { return {{~0u, ~0u, ~0u}, {0, 0, 0}, POSE_NONE, {0, 0, 0}, POSE_NONE}; }
 
 std::optional<Bounds> bounds_of(const PoseState& state) {
   if (state.first_bad != POSE_NONE) return {};
@@ -56,9 +58,10 @@ void IndexedTriangles::make_room(std::size_t meshes) {
 
 /// Uploads the vertices of a mesh that the host has, and its indices at first.
 void IndexedTriangles::upload(const MovedVertices& mesh) {
-  if (mesh.there && mesh.corners.empty()) return;
+  const bool sends_corners = !mesh.corners_there && !mesh.corners.empty();
+  if (mesh.there && !sends_corners) return;
   Kept& kept = kept_[mesh.first];
-  if (!kept.corners && !mesh.corners.empty())
+  if (!kept.corners && sends_corners)
     kept.corners.emplace(gpu_, mesh.corners.size(), Access::Storage, "corners of triangles that move")
         .upload(mesh.corners);
   if (mesh.there) return;
@@ -68,15 +71,17 @@ void IndexedTriangles::upload(const MovedVertices& mesh) {
 }
 
 void IndexedTriangles::dispatch(Commands& cmd, const MovedVertices& mesh, std::size_t number) {
-  const bool indices = !mesh.corners.empty();
+  const bool indices = mesh.indexed();
   Kernel& kernel = *kernels_[indices];
   const auto triangles = std::uint32_t(mesh.triangles);
-  IndexedPush push{triangles, std::uint32_t(mesh.positions.size()), std::uint32_t(mesh.first), 0, 3};
-  if (indices) kernel.bind(BIND_POSE_CORNERS, *kept_.at(mesh.first).corners);
+  IndexedPush push{triangles, std::uint32_t(mesh.vertex_count()), std::uint32_t(mesh.first), 0, 3};
+  if (indices) {
+    const RawBuffer& corners = mesh.corners_there ? *mesh.corners_there : *kept_.at(mesh.first).corners;
+    kernel.bind(BIND_POSE_CORNERS, corners);
+  }
   if (mesh.there) {
     const DeviceVertices& v = *mesh.there;
     const std::uint64_t begin = v.offset / gpu_.info().buffer_alignment * gpu_.info().buffer_alignment;
-    push.vertices = std::uint32_t(v.count);
     push.first_word = std::uint32_t((v.offset - begin) / 4);
     push.stride_words = std::uint32_t(v.stride / 4);
     kernel.bind(BIND_POSE_POSITIONS, {*v.buffer, begin, v.end() - begin});
@@ -116,10 +121,9 @@ std::vector<IndexedTriangles::Found> IndexedTriangles::found() {
   for (std::size_t i = 0; i < all.size(); ++i) {
     PoseState state;
     std::memcpy(&state, (told_ ? *told_ : *states_).mapped() + i * state_bytes_, sizeof state);
-    if (state.first_bad != POSE_NONE) {
-      all[i].first_bad = state.first_bad;
-      continue;
-    }
+    if (state.first_bad_corner != POSE_NONE) all[i].first_bad_corner = state.first_bad_corner;
+    if (state.first_bad != POSE_NONE) all[i].first_bad = state.first_bad;
+    if (all[i].first_bad) continue;
     MeshExtents& extents = all[i].extents;
     extents = {*bounds_of(state), glm::vec3(0), state.lo[0] > state.hi[0]};
     for (int axis = 0; axis < 3 && !extents.empty; ++axis)  // the device's difference is off by less than one step
@@ -127,6 +131,27 @@ std::vector<IndexedTriangles::Found> IndexedTriangles::found() {
           std::nextafter(std::bit_cast<float>(state.largest[axis]), std::numeric_limits<float>::infinity());
   }
   return all;
+}
+
+void check_found(const MovedVertices& mesh, const IndexedTriangles::Found& found, const std::string& where,
+                 const DeviceInfo& device) {
+  constexpr const char* kDiffers = "that the host takes; the driver may be broken, or the array has changed";
+  if (found.first_bad_corner) {
+    const std::uint32_t place = *found.first_bad_corner;
+    std::uint32_t index = 0;
+    if (mesh.corners_there)
+      mesh.corners_there->download(place * sizeof index, &index, sizeof index);
+    else
+      index = mesh.corners[place];
+    check_indices(std::span<const std::uint32_t>(&index, 1), mesh.vertex_count(), where, place);
+    fail(Failure::Work, "{}: {} refuses index {}, {}, {}", where, device.name, place, index, kDiffers);
+  }
+  if (!found.first_bad) return;
+  const std::uint32_t vertex = *found.first_bad;
+  const glm::vec3 at = mesh.there ? read_vertices(*mesh.there, vertex, 1)[0] : mesh.positions[vertex];
+  check_vertices(std::span(&at, 1), where, vertex);
+  fail(Failure::Work, "{}: {} refuses vertex {}, ({}, {}, {}), {}", where, device.name, vertex, at.x, at.y, at.z,
+       kDiffers);
 }
 
 }  // namespace ballot

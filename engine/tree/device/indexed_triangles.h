@@ -21,6 +21,11 @@ struct MovedVertices {
   std::size_t mesh = 0;                      // of the scene
   std::uint32_t number = 0;                  // by which its caller names it
   std::optional<DeviceVertices> there = {};  // instead of positions
+  /// Instead of corners, in a buffer that kernels can read. Whoever has this keeps it.
+  std::shared_ptr<const RawBuffer> corners_there = {};
+
+  bool indexed() const { return corners_there || !corners.empty(); }
+  std::size_t vertex_count() const { return there ? std::size_t(there->count) : positions.size(); }
 };
 
 /// Writes the triangles of a tree, as a build or a refit has them (DeviceBuild), from vertices. Takes 36 bytes a
@@ -39,7 +44,8 @@ class IndexedTriangles {
   /// What the device has found of a mesh.
   struct Found {
     std::optional<std::uint32_t> first_bad;  // the first vertex with a coordinate that is not finite or beyond +-1e12
-    MeshExtents extents;                     // unless there is one; of all vertices
+    std::optional<std::uint32_t> first_bad_corner;  // the place of the first index of no vertex
+    MeshExtents extents;                            // unless there is one; of all triangles
   };
   /// Returns what it has found of each mesh of the last record(). Waits.
   std::vector<Found> found();
@@ -64,6 +70,18 @@ class IndexedTriangles {
   std::optional<Buffer<std::byte>> states_, told_;  // of each mesh; the host's copy, where it does not see the first
   std::map<std::size_t, Kept> kept_;                // by the first triangle
   std::unique_ptr<Kernel> kernels_[2];              // of vertices in turn, of indices
+};
+
+/// Throws the error that the host has of an index or a vertex that the device refuses, if it has found one: it begins
+/// with `where`.
+void check_found(const MovedVertices& mesh, const IndexedTriangles::Found& found, const std::string& where,
+                 const DeviceInfo& device);
+
+/// The triangles of all meshes of a scene, on its device.
+struct TrianglesThere {
+  Buffer<Triangle> triangles;
+  std::vector<MeshExtents> meshes;  // of each mesh
+  bool on_host = false;             // the scene has them as well
 };
 
 /// Returns the sources of the kernels, for compiling them ahead.

@@ -37,8 +37,8 @@ def there(given: Any, record: str, device: Device | None) -> Array | None:
         return given
     if not is_on_device(given):
         return None
-    shape = tuple(given.__cuda_array_interface__["shape"])
-    made = Array(record, max(1, shape[0] if shape else 1), device, True)
+    width = _RECORDS[record][2]
+    made = Array(record, max(1, math.prod(given.__cuda_array_interface__["shape"]) // width), device, True)
     made.write(given)
     return made
 
@@ -113,7 +113,8 @@ class Array(Closable):
     def write(self, records: Any, first: int = 0) -> None:
         """Copies records to number `first` on. Rays have 8 numbers, of Scene.trace()'s types; points of 3 numbers have
         no limit. An array of CUDA's (__cuda_array_interface__: torch, cupy, Warp) of this dtype and as many numbers a
-        record, contiguous, is copied on the device; its own stream is to be waited for before."""
+        record, contiguous, is copied on the device; its own stream is to be waited for before. uint32 takes the bits of
+        int32."""
         width = _RECORDS[self._record][2]
         if is_on_device(records):
             self._write_cuda(records.__cuda_array_interface__, width, first)
@@ -139,7 +140,9 @@ class Array(Closable):
         numbers = math.prod(shape)
         steps = [math.prod(shape[k + 1 :]) * kind.itemsize for k in range(len(shape))]
         whole = given.get("strides") is None or list(given["strides"]) == steps
-        if kind != self.dtype or numbers % width or (width > 1 and math.prod(shape[1:]) != width) or not whole:
+        rows = width == 1 or width in (math.prod(shape[1:]), *shape[-1:])
+        same = kind == self.dtype or (kind, self.dtype) == (np.int32, np.uint32)
+        if not same or numbers % width or not rows or not whole:
             expected = f"{self.dtype}, contiguous, (n, {width})" if width > 1 else f"{self.dtype}, contiguous, (n,)"
             raise ValueError(f"records: found {kind} of shape {shape} on CUDA; expected {expected}")
         begin = _query.integer(first, "first", 0, 2**32)

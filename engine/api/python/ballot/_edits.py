@@ -57,7 +57,7 @@ class Edits:
         Arguments as Scene; id None: the number
         """
         mesh = self._read(vertices, triangles, soup, 0xFFFFFFFF if id is None else id, normals, "mesh")
-        number = self._handle.add_mesh(tuple(mesh))
+        number = self._handle.add_mesh(_mesh.passed(mesh))
         self._edited = True
         self._next[0] = number + 1
         self._change(number, mesh if id is not None else mesh._replace(id=number), normals)
@@ -69,7 +69,7 @@ class Edits:
         """Gives a mesh other triangles, any number of them. It keeps its instances, name and id."""
         number = _query.integer(mesh, "mesh", 0, _MOST)
         made = self._read(vertices, triangles, soup, 0, normals, f"mesh {number}")
-        self._handle.replace_mesh(number, tuple(made))
+        self._handle.replace_mesh(number, _mesh.passed(made))
         self._edited = True
         before = self._changed.get(number) or self._own.get(number)
         self._change(number, made._replace(id=before.id if before else 0), normals)
@@ -159,11 +159,24 @@ class Edits:
             self._held["transforms"] = matrices
 
     def set_masks(self, instances: Any, masks: Any) -> None:
-        """Sets the masks of instances: whole numbers below 2^32 for as many numbers of instances.
+        """Sets the masks of instances.
+
+        instances  their numbers; None: all, in the order of their numbers
+        masks      whole numbers below 2^32, one for each. Of all also an Array of "uint32", or an array of CUDA's,
+                   which commit() reads
 
         An instance of mask 0 is met by nothing. A ray leaves out an instance whose mask shares no bit with its own
         (trace()'s masks).
         """
+        if on := there(masks, "uint32", self._device):
+            if instances is not None:
+                raise TypeError("instances: found beside an Array of masks, which are of all; expected None")
+            self._handle.set_mask_array(on._handle)
+            self._edited = True
+            self._held["masks"] = on
+            return
+        if instances is None:
+            instances = [i.instance for i in self.instances]
         which = _mesh.numbers(instances, "instances")
         self._handle.set_masks(which, _mesh.masks(masks, len(which)))
         self._edited = True
@@ -195,10 +208,9 @@ class Edits:
         self._handle.discard()
         self._changed, self._held = {}, {}
 
-    @staticmethod
-    def _read(vertices: Any, triangles: Any, soup: bool, mesh_id: Any, normals: Any, where: str) -> Mesh:
+    def _read(self, vertices: Any, triangles: Any, soup: bool, mesh_id: Any, normals: Any, where: str) -> Mesh:
         ((v, t),) = _scene_arguments.pairs(vertices, triangles, None)
-        return _mesh.make(v, t, mesh_id, normals, where, bool(soup))
+        return _mesh.make(v, t, mesh_id, normals, where, bool(soup), self._device)
 
     def _change(self, number: int, mesh: Mesh, normals: Any) -> None:
         if self._boxes is not None:

@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _arrays, _errors, _query
+from ._array import Array, there
+from ._device import Device
 
 
 class Mesh(NamedTuple):
-    """A mesh as the extension takes it, with copies of its own of what a pickled scene needs."""
+    """A mesh, with copies of its own of what a pickled scene needs."""
 
-    vertices: np.ndarray  # (n, 3) float32
-    indices: np.ndarray | None  # (3 m,) uint16 or uint32
+    vertices: np.ndarray | Array  # (n, 3) float32
+    indices: np.ndarray | Array | None  # (3 m,) uint16 or uint32
     id: int
     normals: np.ndarray | None  # (n, 3) float32
     kind: str | None = None  # of shapes; None: triangles
@@ -75,7 +77,26 @@ def _own(array: np.ndarray, given: Any) -> np.ndarray:
     return array.copy() if array is given or array.base is not None or not array.flags.owndata else array
 
 
-def make(vertices: Any, triangles: Any, mesh_id: Any, normals: Any, where: str, soup: bool) -> Mesh:
+def passed(mesh: Mesh) -> tuple[Any, ...]:
+    """Returns a mesh as the extension takes it."""
+    return tuple(part._handle if isinstance(part, Array) else part for part in mesh)
+
+
+def _indices(triangles: Any, name: str, device: Device | None) -> np.ndarray | Array:
+    interface = getattr(triangles, "__cuda_array_interface__", None)
+    if interface is not None and not isinstance(triangles, Array):
+        if interface["typestr"] not in ("<u4", "<i4"):
+            kind = np.dtype(interface["typestr"])
+            raise TypeError(f"{name}: found {kind} on CUDA; expected int32 or uint32; convert them there first")
+        if tuple(interface["shape"])[1:] != (3,):
+            raise ValueError(f"{name}: shape is {tuple(interface['shape'])}; expected (m, 3)")
+    on = there(triangles, "uint32", device)
+    return _arrays.indices(triangles, name) if on is None else on
+
+
+def make(
+    vertices: Any, triangles: Any, mesh_id: Any, normals: Any, where: str, soup: bool, device: Device | None
+) -> Mesh:
     """Returns a mesh of checked arrays. `soup`: every three rows of vertices without triangles are one."""
     number = _query.integer(mesh_id, f"{where}: id", 0, 0xFFFFFFFF)
     if hasattr(vertices, "radii"):  # shapes, which are checked
@@ -83,23 +104,31 @@ def make(vertices: Any, triangles: Any, mesh_id: Any, normals: Any, where: str, 
             raise ValueError(f"{where}: found triangles or normals beside shapes; expected shapes alone")
         return Mesh(vertices.vertices, vertices.indices, number, vertices.normals, vertices.kind, vertices.radii)
     corners = triangles is None
-    v = positions(vertices, f"{where}: vertices", corners)
+    on = there(vertices, "vertices", device)
+    v = positions(vertices, f"{where}: vertices", corners) if on is None else on
     if len(v) == 0:
         raise ValueError(f"{where}: vertices: shape is {v.shape}: none; leave empty meshes out")
-    if corners and not soup and _arrays.as_numpy(vertices, where).ndim == 2:
+    rows = on is vertices or len(_shape(vertices, where)) == 2
+    if corners and not soup and rows:
         raise ValueError(
             f"{where}: vertices: shape is {v.shape}, and there are no triangles; pass their indices (m, 3), or corners "
             "(m, 3, 3), or soup=True if every three vertices are a triangle"
         )
-    t = None if corners else _arrays.indices(triangles, f"{where}: triangles")
+    t = None if corners else _indices(triangles, f"{where}: triangles", device)
     n = None
     if normals is not None:
-        given = _arrays.as_numpy(normals, f"{where}: normals")
+        at = there(normals, "vertices", device)
+        given = _arrays.as_numpy(normals, f"{where}: normals") if at is None else at.read()
         n = vectors(given.reshape(-1, 3) if corners and given.shape[1:] == (3, 3) else given, f"{where}: normals")
         if n.shape != v.shape:
             raise ValueError(f"{where}: normals: shape is {n.shape}; expected {v.shape}, one for each vertex")
-        v, n = _arrays.contiguous(v), _arrays.contiguous(n)
+        v, n = v if isinstance(v, Array) else _arrays.contiguous(v), _arrays.contiguous(n)
     return Mesh(v, t, number, n)
+
+
+def _shape(given: Any, name: str) -> tuple[int, ...]:
+    interface = getattr(given, "__cuda_array_interface__", None)
+    return _arrays.as_numpy(given, name).shape if interface is None else tuple(interface["shape"])
 
 
 def kept(mesh: Mesh, normals: Any) -> Mesh:
@@ -139,6 +168,9 @@ def box_of(low: Any, high: Any) -> np.ndarray:
 
 
 def box(mesh: Mesh) -> np.ndarray:
+    """Returns box_of() of the vertices; of those on the device NaN, of which nobody warns."""
+    if isinstance(mesh.vertices, Array):
+        return np.full((2, 3), np.nan)
     return box_of(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
 
 

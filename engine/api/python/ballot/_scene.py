@@ -25,8 +25,9 @@ class Scene(Edits, Answers):
 
     vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12. Without triangles: their corners (m, 3, 3),
                   or a mesh of trimesh (also its Scene), Open3D, PyVista or meshio; other faces are cut into triangles.
-                  The meshes of a trimesh.Scene are taken where its graph puts them, as one; mirrored ones are turned
-    triangles     (m, 3) integers: vertices of each triangle
+                  The meshes of a trimesh.Scene are taken where its graph puts them, as one; mirrored ones are turned.
+                  Or an Array of "vertices", or float32 of CUDA's (torch, cupy, Warp), copied and checked on the device
+    triangles     (m, 3) integers: vertices of each triangle. Or an Array of "uint32", or int32 or uint32 of CUDA's
     soup          True: every three of (n, 3) vertices without triangles are one; False: those are refused
     meshes        instead of the two: a list of (vertices, triangles) and of such meshes
     device        a Device; None: the default one
@@ -76,7 +77,7 @@ class Scene(Edits, Answers):
         given = _scene_arguments.pairs(vertices, triangles, meshes)
         numbers, directions = _scene_arguments.one_each(ids, normals, len(given), meshes is None)
         made = [
-            _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh", bool(soup))
+            _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh", bool(soup), device)
             for k, ((v, t), i, n) in enumerate(zip(given, numbers, directions))
         ]
         self._options = _scene_arguments.options(options, "scenes")
@@ -84,7 +85,7 @@ class Scene(Edits, Answers):
         self._device = device
         self._time: tuple[int, float] | None = None
         placed = _scene_arguments.instances(instances, instance_meshes, masks, made)
-        self._open([tuple(m) for m in made], placed)
+        self._open([_mesh.passed(m) for m in made], placed)
         self._first: tuple[int, int | None] = (len(made), None if placed is None else len(placed[0]))
         own: dict[int, _mesh.Mesh | None] = {
             k: _mesh.kept(m, n) for k, (m, n) in enumerate(zip(made, directions))

@@ -27,11 +27,18 @@ struct Vectors {
 };
 
 /// A mesh as Python gives it: (vertices, flat indices or None, id, normals or None, kind of shapes or None, radii or
-/// None). Keeps its arrays.
+/// None), the first two also as arrays on the device. Keeps its arrays.
 struct MeshArrays {
-  explicit MeshArrays(const nb::tuple& given) : vertices(given[0]) {
-    mesh = ballot::mesh(vertices.numbers, std::span<const std::uint32_t>(), vertices.stride);
-    if (!given[1].is_none()) {
+  explicit MeshArrays(const nb::tuple& given) {
+    if (const auto* there = array_there(given[0], vertices_there)) {
+      mesh.vertex_buffer = vertices_there->get(), mesh.vertex_count = there->count;
+    } else {
+      vertices.emplace(given[0]);
+      mesh = ballot::mesh(vertices->numbers, std::span<const std::uint32_t>(), vertices->stride);
+    }
+    if (const auto* there = array_there(given[1], indices_there)) {
+      mesh.index_buffer = indices_there->get(), mesh.index_count = there->count;
+    } else if (!given[1].is_none()) {
       const bool are_long = nb::try_cast<Indices>(given[1], indices, false);
       if (!are_long) indices16 = nb::cast<Indices16>(given[1], false);
       mesh.indices = are_long ? static_cast<const void*>(indices.data()) : indices16.data();
@@ -42,17 +49,24 @@ struct MeshArrays {
     if (!given[4].is_none()) kind = std::make_shared<std::string>(nb::cast<std::string>(given[4])), mesh.shapes = *kind;
     if (!given[5].is_none()) {
       radii = nb::cast<Radii>(given[5], false);
-      if (radii.size() != vertices.array.shape(0))
+      if (radii.size() != mesh.vertex_count)
         throw Error(BALLOT_ERROR_ARGUMENT, "radii: expected as many as vertices");
       mesh.radii = radii.data();
     }
     if (given[3].is_none()) return;
     normals.emplace(given[3]);
-    if (normals->stride != vertices.stride || normals->array.shape(0) != vertices.array.shape(0))
+    if ((vertices && normals->stride != vertices->stride) || normals->array.shape(0) != mesh.vertex_count)
       throw Error(BALLOT_ERROR_ARGUMENT, "normals: expected as many as vertices, with their stride");
     mesh.normals = normals->numbers.data(), mesh.normal_stride = normals->stride;
   }
-  Vectors vertices;
+  /// Returns an array on the device, which `use` keeps then; null: the host's.
+  static const ArrayObject* array_there(const nb::handle& given, std::shared_ptr<Buffer>& use) {
+    const ArrayObject* there = nullptr;
+    if (nb::try_cast<const ArrayObject*>(given, there, false) && there) use = there->use();
+    return there;
+  }
+  std::optional<Vectors> vertices;
+  std::shared_ptr<Buffer> vertices_there, indices_there;
   Indices indices;
   Indices16 indices16;
   std::optional<Vectors> normals;
@@ -168,6 +182,13 @@ void set_transform_array(const SceneObject& self, const ArrayObject& transforms)
   });
 }
 
+void set_mask_array(const SceneObject& self, const ArrayObject& masks) {
+  edit(self, [from = masks.use()](Scene& s) {
+    check(ballot_scene_set_mask_buffer(s.handle(), from->get()));
+    return true;
+  });
+}
+
 void set_vertex_array(const SceneObject& self, std::uint32_t mesh, const ArrayObject& vertices) {
   edit(self, [=, from = vertices.use()](Scene& s) {
     check(ballot_scene_set_vertex_buffer(s.handle(), mesh, from->get()));
@@ -256,6 +277,7 @@ void bind_scenes(nb::module_& m) {
       .def("set_vertices", &set_vertices)
       .def("set_vertex_array", &set_vertex_array)
       .def("set_transform_array", &set_transform_array)
+      .def("set_mask_array", &set_mask_array)
       .def("add_instances", &add_instances)
       .def("remove_instances", &remove_instances)
       .def("set_transforms", &set_transforms, nb::arg(), nb::arg().none())
