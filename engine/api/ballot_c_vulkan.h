@@ -77,7 +77,8 @@ typedef struct BallotInclude {
  *           VK_ACCESS_MEMORY_WRITE_BIT to VK_ACCESS_SHADER_READ_BIT. Other families do not share the buffers. Shaders
  *           only read them.
  * Loops     lavapipe before Mesa 25 ends loops of an invocation after 65 535 iterations, those of the shader counted.
- *           Then ballot_is_cut() of the text returns true, and no answer of the invocation is to be used. */
+ *           Then the text's function ballot_is_cut, of no arguments, returns true, and no answer of the invocation is
+ *           to be used. */
 BALLOT_API BallotStatus ballot_scene_include(BallotScene* scene, const BallotIncludeOptions* options,
                                              BallotInclude* include);
 
