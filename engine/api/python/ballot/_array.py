@@ -44,8 +44,8 @@ def there(given: Any, record: str, device: Device | None) -> Array | None:
 
 
 class Array(Closable):
-    """An array on a device: questions or answers of Scene.trace(), trace_columns(), occluded() and nearest(), or
-    vertices of Scene.set_vertices(), or matrices of Scene.set_transforms().
+    """An array on a device: questions or answers of Scene.trace(), trace_columns(), occluded() and nearest(), vertices
+    and indices of meshes, matrices of Scene.set_transforms(), or masks.
 
     record    "rays": rows of 8 float32, as Scene.trace() takes them, but with t_max finite; "hits": rows of 4, t, prim
               (its bits), u, v; "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z,
@@ -141,7 +141,7 @@ class Array(Closable):
         steps = [math.prod(shape[k + 1 :]) * kind.itemsize for k in range(len(shape))]
         whole = given.get("strides") is None or list(given["strides"]) == steps
         rows = width == 1 or width in (math.prod(shape[1:]), *shape[-1:])
-        same = kind == self.dtype or (kind, self.dtype) == (np.int32, np.uint32)
+        same = kind == self.dtype or (self.dtype == np.uint32 and kind == np.int32)
         if not same or numbers % width or not rows or not whole:
             expected = f"{self.dtype}, contiguous, (n, {width})" if width > 1 else f"{self.dtype}, contiguous, (n,)"
             raise ValueError(f"records: found {kind} of shape {shape} on CUDA; expected {expected}")

@@ -54,6 +54,35 @@ class Cuda(unittest.TestCase):
         )
         np.testing.assert_array_equal(found, self.scene.trace(self.rays))
 
+    def test_meshes_from_cuda(self):
+        """Vertices and indices of other libraries are copied on the device and checked there."""
+
+        class Other:
+            def __init__(self, array, **changes):
+                self.__cuda_array_interface__ = array.__cuda_array_interface__ | changes
+
+        v, t = ref.soup(200)
+        vertices, indices, masks = ballot.Array("vertices", 600), ballot.Array("uint32", 600), ballot.Array("uint32", 1)
+        vertices.write(v)
+        indices.write(t.reshape(-1))
+        whole = Other(indices, shape=(200, 3), typestr="<i4")
+        hits = self.scene.trace(self.rays)
+        scene = ballot.Scene(Other(vertices), whole)
+        np.testing.assert_array_equal(scene.trace(self.rays), hits)
+        np.testing.assert_array_equal(ballot.Scene(Other(vertices, shape=(200, 3, 3))).trace(self.rays), hits)
+        np.testing.assert_array_equal(ballot.Scene(v, whole).trace(self.rays), hits)
+        masks.write(np.uint32([6]))
+        scene.set_masks(None, Other(masks, typestr="<i4"))
+        scene.commit()
+        self.assertEqual(scene.instances[0].mask, 6)
+        indices.write(np.uint32([600]), first=77)
+        with self.assertRaisesRegex(ValueError, "index 77 is 600, but there are 600 vertices"):
+            ballot.Scene(Other(vertices), whole)
+        with self.assertRaisesRegex(TypeError, "int64 on CUDA; expected int32 or uint32"):
+            ballot.Scene(Other(vertices), Other(indices, shape=(100, 3), typestr="<i8"))
+        with self.assertRaisesRegex(ValueError, "float64"):
+            ballot.Scene(Other(vertices, shape=(300, 3), typestr="<f8"), whole)
+
     def test_points_from_cuda_answers_to_cuda(self):
         points, answers = ballot.Array("points", 1000), ballot.Array("distances", 1000)
         self.current(points.__dlpack_device__()[1])
