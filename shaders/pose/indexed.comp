@@ -2,8 +2,8 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 // Writes the triangles of a mesh whose vertices have moved, one invocation each, and finds their bounds and the largest
-// extents of one. Checks all vertices, those of no triangle too, and indices. What is out of range becomes zero: a refit
-// that is recorded before the host knows of it, and will be undone, meets finite numbers alone.
+// extents of one. Checks all vertices, those of no triangle too, and indices. What is out of range becomes zero: a
+// refit that is recorded before the host knows of it, and will be undone, meets finite numbers alone.
 // BALLOT_INDICES: three vertices for each triangle; else vertices 0 1 2, 3 4 5, ...
 #include "../shared/pose.h"
 
