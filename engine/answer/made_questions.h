@@ -25,16 +25,18 @@ std::vector<KernelSource> making_sources();
 /// Makes questions of tables that lie on the device. Belongs to the thread of its Context.
 class QuestionMaker {
  public:
-  /// Sends the tables. Throws Error(Work) if the device has too little memory.
-  QuestionMaker(Context& gpu, const QuestionTables& tables);
-  /// Records a pass that writes questions [first, first + count) to the front of a buffer of Ray or ProbePoint.
+  /// Throws Error(Work) if the device has too little memory for the tables.
+  QuestionMaker(Context& gpu, QuestionTables tables);
+  /// Records a pass that writes questions [first, first + count) to the front of a buffer of Ray or ProbePoint. The
+  /// first one sends the tables before, in the same submission if they are small.
   void record(std::uint64_t first, std::uint32_t count, const RawBuffer& to);
 
  private:
   Context& gpu_;
+  QuestionTables tables_;
+  bool sent_ = false;
   Buffer<MadeQuestions> how_;
   Buffer<std::uint32_t> words_;
-  Kernel kernel_;
 };
 
 }  // namespace ballot

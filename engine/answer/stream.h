@@ -6,14 +6,17 @@
 #include <bit>
 #include <concepts>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "engine/answer/dispatch.h"
 #include "engine/core/parallel.h"
+#include "engine/gpu/kernel.h"
 
 namespace ballot {
 
@@ -157,6 +160,12 @@ class StreamRing {
   template <class Question, class Answer>
   TraceTimes run(const Stream<Question, Answer>& stream, Answerer<Question, Answer>& answerer);
 
+  /// Returns a kernel that makes questions of streams, which is kept for others.
+  Kernel& kernel(const KernelSource& source) {
+    std::unique_ptr<Kernel>& kernel = kernels_[source.name];
+    refresh(gpu_, kernel, source);
+    return *kernel;
+  }
   /// True if one chunk is under way at a time, which the host sees: devices that are the CPU.
   bool is_alone() const { return gpu_.info().is_cpu() && !acts_as_gpu_; }
   /// Returns the most questions of a chunk; but for tests any number.
@@ -176,6 +185,7 @@ class StreamRing {
 
   Context& gpu_;
   std::vector<Room> rooms_;
+  std::map<std::string, std::unique_ptr<Kernel>> kernels_;
   std::uint64_t question_bytes_ = 0, answer_bytes_ = 0;  // of a room
   bool imports_ = true;                                  // no import of a caller's questions has failed yet
   bool acts_as_gpu_ = false;
