@@ -1,6 +1,7 @@
 // Point queries of arrays that stay on the device.
 #include <algorithm>
 
+#include "engine/answer/list_there.h"
 #include "engine/answer/point_parts.h"
 #include "engine/core/interruption.h"
 
@@ -8,10 +9,10 @@ namespace ballot {
 
 namespace {
 
-void check_rooms(std::uint64_t points, std::uint64_t answers, std::uint64_t count) {
-  if (points >= count && answers >= count) return;
-  fail(Failure::Arguments, "point query on the device: {} points and room for {} answers; expected {} of both", points,
-       answers, count);
+void check_points(const DevicePoints& there, std::uint64_t answers) {
+  check_there(there.points.size(), there.count, "point query", "points");
+  check_there(answers, there.count, "point query", "answers");
+  if (there.masks) check_there(there.masks->size(), there.count, "point query", "masks");
 }
 
 /// Calls run(first, count) for parts of [0, count), at most `most` long each.
@@ -22,12 +23,12 @@ void in_parts(std::uint64_t count, std::uint32_t most, const Run& run) {
 }
 
 template <class Runner, class Answer>
-TraceTimes run_there(Context& gpu, Runner& runner, const Buffer<ProbePoint>& points, Buffer<Answer>& answers,
-                     std::uint64_t count, const point_queries::Settle<Answer>& settle) {
+TraceTimes run_there(Context& gpu, Runner& runner, const DevicePoints& there, Buffer<Answer>& answers,
+                     const point_queries::Settle<Answer>& settle) {
   TraceTimes times;
   const PassScope scope(gpu);
-  in_parts(count, runner.most(), [&](std::uint32_t first, std::uint32_t some) {
-    runner.run_there(points, answers, first, some, settle, times);
+  in_parts(there.count, runner.most(), [&](std::uint32_t first, std::uint32_t some) {
+    runner.run_there(there.points, answers, first, some, {.there = there.masks}, settle, times);
     gpu.flush();
     check_interruption();
   });
@@ -37,16 +38,15 @@ TraceTimes run_there(Context& gpu, Runner& runner, const Buffer<ProbePoint>& poi
 
 }  // namespace
 
-TraceTimes PointQueries::nearest(const Buffer<ProbePoint>& points, Buffer<Nearest>& answers, std::uint64_t count,
-                                 const PointQuery& query) {
-  check_rooms(points.size(), answers.size(), count);
-  return run_there(parts_->gpu, parts_->nearest(query), points, answers, count, parts_->settle_nearest(query));
+TraceTimes PointQueries::nearest(const DevicePoints& there, Buffer<Nearest>& answers, const PointQuery& query) {
+  check_points(there, answers.size());
+  auto& runner = parts_->nearest(query, there.masks != nullptr);
+  return run_there(parts_->gpu, runner, there, answers, parts_->settle_nearest(query));
 }
 
-TraceTimes PointQueries::inside(const Buffer<ProbePoint>& points, Buffer<std::uint32_t>& answers, std::uint64_t count,
-                                const PointQuery& query) {
-  check_rooms(points.size(), answers.size(), count);
-  return run_there(parts_->gpu, parts_->inside(query), points, answers, count, parts_->settle_inside(query));
+TraceTimes PointQueries::inside(const DevicePoints& there, Buffer<std::uint32_t>& answers, const PointQuery& query) {
+  check_points(there, answers.size());
+  return run_there(parts_->gpu, parts_->inside(query), there, answers, parts_->settle_inside(query));
 }
 
 }  // namespace ballot

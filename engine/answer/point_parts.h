@@ -21,8 +21,8 @@ struct PointQueries::Parts {
   /// Parity needs each triangle once, so that query walks a tree without spatial splits.
   Parts(Context& device, DeviceTree& tree) : gpu(device), scene(tree), whole(device, tree), within_masks(device) {}
 
-  /// Return the runner of a query, prepared for the tree as it is now.
-  NearestRunner& nearest(const PointQuery& query);
+  /// Return the runner of a query, prepared for the tree as it is now. `masks`: its points have some.
+  NearestRunner& nearest(const PointQuery& query, bool masks);
   InsideRunner& inside(const PointQuery& query);
   /// Returns what inside() and lists walk, as it is now.
   DeviceTree& whole_tree();

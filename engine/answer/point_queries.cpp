@@ -72,12 +72,14 @@ void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::sp
 
 }  // namespace
 
-PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuery& query) {
-  std::optional<NearestRunner>& runner = query.masks ? masked : query.sides ? sides : closest;
-  const Defines defines{{"BALLOT_SIDES", int(query.sides)}, {"BALLOT_MASKS", query.masks != nullptr}};
+PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuery& query, bool masks) {
+  if (masks && query.sides)
+    fail(Failure::Arguments, "closest points: found masks and sides; expected one of them: sides are those of all");
+  std::optional<NearestRunner>& runner = masks ? masked : query.sides ? sides : closest;
+  const Defines defines{{"BALLOT_SIDES", int(query.sides)}, {"BALLOT_MASKS", int(masks)}};
   if (!runner) runner.emplace(gpu, scene, "closest_point", defines);
   runner->prepare();
-  if (query.masks) runner->masks().take(scene, query.triangle_masks), runner->bind_triangle_masks();
+  if (masks) runner->masks().take(scene, query.triangle_masks), runner->bind_triangle_masks();
   if (query.sides) {
     pseudonormals.update(gpu, scene);
     runner->bind(BIND_PSEUDONORMALS, pseudonormals.device());
@@ -123,8 +125,6 @@ PointQueries::PointQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_un
 PointQueries::~PointQueries() = default;
 
 TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& query) {
-  if (query.masks && query.sides)
-    fail(Failure::Arguments, "closest points: found masks and sides; expected one of them: sides are those of all");
   if (stream.most <= kFewNearest && !query.exact && !query.masks)
     if (const auto walk = HostWalk::over(parts_->gpu, parts_->scene, HostWalk::Of::Points)) {
       std::span<const glm::vec3> sides;
@@ -133,7 +133,7 @@ TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& 
                          [&](const ProbePoint& point) { return walk->nearest(point, sides); });
     }
   ask_interruption();
-  return parts_->nearest(query).run(stream, parts_->settle_nearest(query), query.masks);
+  return parts_->nearest(query, query.masks != nullptr).run(stream, parts_->settle_nearest(query), query.masks);
 }
 
 TraceTimes PointQueries::nearest(std::span<const ProbePoint> points, std::span<Nearest> answers,

@@ -56,6 +56,12 @@ template <class Answer>
 using Settle = std::function<void(std::span<const ProbePoint> points, std::span<const std::uint32_t> masks,
                                   std::span<Answer> answers)>;
 
+/// The masks of points of a kernel with BALLOT_MASKS: in the host's memory, or on the device; or none.
+struct MasksOf {
+  std::span<const std::uint32_t> here = {};
+  const Buffer<std::uint32_t>* there = nullptr;
+};
+
 /// Runs one kind of query: in parts, with buffers that are kept.
 template <class Kind>
 class Runner {
@@ -87,11 +93,11 @@ class Runner {
 
   /// Answers points [first, first + count) of an array on the device, at most most() of them, in their order: records
   /// that, or does it and waits. The host sees them only where the driver cut walks short, or something is left to
-  /// settle. `masks`: of a kernel with BALLOT_MASKS.
+  /// settle. `given`: masks of these points, or on the device of the array's.
   void run_there(const Buffer<ProbePoint>& points, Buffer<Answer>& answers, std::uint32_t first, std::uint32_t count,
-                 const Settle<Answer>& settle, TraceTimes& times, const Launched& launched = {},
-                 std::span<const std::uint32_t> masks = {}) {
-    if (!masks.empty()) masks_.bind(kernel_, count, masks, false);
+                 const MasksOf& given, const Settle<Answer>& settle, TraceTimes& times, const Launched& launched = {}) {
+    if (!given.here.empty()) masks_.bind(kernel_, count, given.here, false);
+    if (given.there) masks_.bind_there(kernel_, given.there, 0, given.there->size());
     kernel_.bind(BIND_RAYS, points);
     kernel_.bind(Kind::kBinding, answers);
     const TreePiece whole{tree_.root()};
@@ -102,6 +108,8 @@ class Runner {
     std::vector<Answer> found(count);
     points.download(asked, first);
     answers.download(found, first);
+    std::vector<std::uint32_t> masks(given.here.begin(), given.here.end());
+    if (given.there) masks.resize(count), given.there->download(masks, first);
     if (unfinished) repair_cut(asked, masks, std::span(found), times);
     if (settle) settle(asked, masks, found);
     answers.upload(found, first);
@@ -126,7 +134,7 @@ class Runner {
       if (masks_of_) masks_of_(c.first, masks);
       if (masks_of_ && !order_.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(masks, order_);
       // Of answers that the host settles none is done before.
-      runner_.run_there(c.questions, c.answers, 0, c.count(), {}, times, settle_ ? Launched() : c.launched, masks);
+      runner_.run_there(c.questions, c.answers, 0, c.count(), {masks}, {}, times, settle_ ? Launched() : c.launched);
     }
     std::span<const Answer> end(const Questions<ProbePoint>& points, std::span<Answer> answers) override {
       const std::vector<std::uint32_t> masks = std::move(masks_.front());

@@ -9,6 +9,7 @@
 #include "engine/answer/lists.h"
 #include "engine/answer/made_questions.h"
 #include "engine/answer/point_parts.h"
+#include "engine/answer/sums_there.h"
 #include "engine/core/interruption.h"
 #include "engine/tree/host/build.h"
 
@@ -99,6 +100,7 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
   for (KernelSource& source : column_sources()) sources.push_back(std::move(source));
+  for (KernelSource& source : sum_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : making_sources()) sources.push_back(std::move(source));
   for (const int of : {PLACES_LISTS, PLACES_APPENDED, PLACES_HITS}) sources.push_back(places_source(of));
   for (const std::uint32_t words : {2u, 4u})

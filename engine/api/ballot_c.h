@@ -198,7 +198,8 @@ typedef enum BallotRecord {
   BALLOT_RECORD_FLOAT32X2 = 7,  /* 2 float */
   BALLOT_RECORD_UINT8 = 8,      /* uint8_t */
   BALLOT_RECORD_FLOAT32X12 = 9, /* 12 float, a 3 x 4 matrix row by row: ballot_scene_set_transform_buffer() */
-  BALLOT_RECORD_INT64 = 10      /* int64_t: offsets of ballot_list_buffers() */
+  BALLOT_RECORD_INT64 = 10,     /* int64_t: offsets of ballot_list_buffers() */
+  BALLOT_RECORD_FLOAT64 = 11    /* double: sums of ballot_trace_buffers() */
 } BallotRecord;
 
 /* A vertex on the device, 12 bytes. */
@@ -261,7 +262,8 @@ BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 /* A column of answers, and the array on the scene's device that it goes to: the first records of it. */
 typedef struct BallotOutput {
   /* The name of a member of BallotHits or BallotNearest, as "t". The array holds numbers of its type: "uvs" go to
-   * BALLOT_RECORD_FLOAT32X2. "occluded" and "inside" go to BALLOT_RECORD_UINT8 or BALLOT_RECORD_UINT32. */
+   * BALLOT_RECORD_FLOAT32X2, "prim_sums" to BALLOT_RECORD_FLOAT64. "occluded" and "inside" go to BALLOT_RECORD_UINT8
+   * or BALLOT_RECORD_UINT32. */
   BallotText column BALLOT_ZERO;
   BallotTarget to BALLOT_ZERO; /* each array once, and not what is asked */
 } BallotOutput;
@@ -269,13 +271,13 @@ typedef struct BallotOutput {
 /* Traces rays [0, count) of an array and writes columns of their answers, with the bits that ballot_trace() writes.
  * Returns when they are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no
  * share. With first, cull, alpha or masks hits are the first crossings, as by ballot_trace(), and outputs hold
- * `first` records of each ray. The scene keeps 16 bytes a hit on the device unless "hits" are among the columns, and
+ * `first` records of each ray. Sums have their entries. The scene keeps 16 bytes a hit on the device unless "hits" are among the columns, and
  * for "normals" 36 bytes a triangle, unless it is flat and was built there. */
 BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,
                                              const BallotOutput* outputs, size_t output_count, const BallotQuery* query,
                                              BallotTimes* times);
 
-/* Without first, cull, alpha and masks the same, but does not wait, so that one batch follows another without a gap.
+/* Without first, cull, alpha, masks and sums the same, but does not wait, so that one batch follows another without a gap.
  * Jobs run in their order. Two are on their way to the device at once; those behind them are sent together by a later
  * call, ballot_job_poll() or ballot_job_wait(). Keep scene and buffers until the job has ended. */
 BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,

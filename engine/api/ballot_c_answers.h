@@ -52,6 +52,7 @@ typedef struct BallotRays {
    * of all rays is finite; a ray of one that is not is dead. {poses, h, w} with the strides of direction {0, .., ..}
    * and of pose {.., 0, 0} are the rays of a camera or scanner from each pose. */
   BallotColumn pose BALLOT_ZERO;
+  BallotColumn weight BALLOT_ZERO; /* for the sums of BallotHits alone; NULL: 1. One that is not finite is refused */
 } BallotRays;
 
 /* Returns rays that lie as records. */
@@ -133,8 +134,9 @@ typedef struct BallotQuery {
    * there (Baerentzen and Aanaes 2005); of meshes with open edges too, if their triangles are wound alike. Without a
    * triangle within the limit a point is not inside. NULL: "parity". */
   BallotText sign BALLOT_ZERO;
-  /* For rays of ballot_trace_buffers() and questions of ballot_list_buffers(): a word for each, as BallotRays::mask, or
-   * one record for all, in an array of BALLOT_RECORD_UINT32 on the device; NULL: all bits. */
+  /* For questions of ballot_trace_buffers(), ballot_query_point_buffers() and ballot_list_buffers(): a word for each, as
+   * BallotRays::mask and BallotPoints::mask, or one record for all, in an array of BALLOT_RECORD_UINT32 on the device;
+   * NULL: all bits. */
   BallotTarget masks BALLOT_ZERO;
   /* Of points: 1: go on with a mesh that sign refuses; answers near its faults are then arbitrary. */
   BallotBool assume_closed BALLOT_ZERO;
@@ -142,6 +144,10 @@ typedef struct BallotQuery {
    * one, or for work that does not stop. Returning non-zero ends the call with BALLOT_ERROR_INTERRUPTED; what is
    * written to the outputs by then is unspecified. */
   BallotProgress progress BALLOT_ZERO;
+  /* For the sums of ballot_trace_buffers(): as BallotRays::weight, of each ray, or one record for all, in an array of
+   * BALLOT_RECORD_FLOAT32 on the device; NULL: 1. One that is not finite fails the call, which names the first; sums
+   * are then unspecified. */
+  BallotTarget weights BALLOT_ZERO;
 } BallotQuery;
 
 /* What a call took. */
@@ -162,6 +168,12 @@ typedef struct BallotHit {
 } BallotHit;
 #define BALLOT_MISS 0xFFFFFFFFu /* the number of no triangle, mesh or instance */
 
+/* Where sums go. */
+typedef struct BallotSums {
+  double* data BALLOT_ZERO; /* NULL: they are not wanted */
+  size_t count BALLOT_ZERO; /* entries that there is room for */
+} BallotSums;
+
 /* Where the results go: arrays of an entry for each ray, or of BallotQuery::first entries, in their order. Those that
  * are NULL are not written. The arrays must not overlap the rays or each other. */
 typedef struct BallotHits {
@@ -174,6 +186,15 @@ typedef struct BallotHits {
   float* normals BALLOT_ZERO;      /* 3 each: unit normal, by the right-hand rule over the vertices; on a miss 0 */
   uint8_t* occluded BALLOT_ZERO;   /* 1: hit, 0: miss */
   uint32_t* instances BALLOT_ZERO; /* number of the instance; on a miss BALLOT_MISS */
+  /* Sums: the weight of each ray, BallotRays::weight, is added to the entry of what it hits; to one for each of its
+   * hits if it has `first`. The last entry is of rays that hit nothing. Without weights each counts as 1, so these are
+   * numbers of rays. With W the largest |weight|, e its binary exponent, at least -126, and n the number of rays, times
+   * `first`, weights are rounded to whole multiples of 2^(e + ceil(log2 n) - 61), to even ones where two are as near,
+   * these are added as whole numbers, and each sum is rounded once to double. So its bits do not depend on the order
+   * of the rays, nor on where and how they are traced: the largest weights lose nothing up to 2^38 rays. */
+  BallotSums prim_sums BALLOT_ZERO;     /* by BallotHit::prim: BallotSceneInfo::instance_triangles entries, and 1 */
+  BallotSums instance_sums BALLOT_ZERO; /* by place, as of ballot_scene_instance(): BallotSceneInfo::instances, and 1 */
+  BallotSums mesh_sums BALLOT_ZERO;     /* by place, as of ballot_scene_mesh(): BallotSceneInfo::meshes, and 1 */
 } BallotHits;
 
 /* Traces rays, nearest, any or first hits, and returns when the results are written. Neighbours in the array share a

@@ -73,7 +73,7 @@ class Job {
 };
 
 /// An array on a device: of Ray, Hit, Point, NearestPoint, Vertex or Matrix, or of numbers, as columns of answers have
-/// them: float, std::array<float, 2>, std::array<float, 3>, std::uint32_t or std::uint8_t.
+/// them: float, std::array<float, 2>, std::array<float, 3>, std::uint32_t, std::uint8_t or double.
 template <class T>
 class Array {
  public:

@@ -197,6 +197,7 @@ struct RayView {
   Column t_min = {}, t_max = {};  // 0, and no end
   Column masks = {};              // std::uint32_t: as BallotRays::mask; all bits
   Column poses = {};              // 12 numbers each, as BallotRays::pose: matrices that move the rays; none
+  Column weights = {};            // as BallotRays::weight: for sums; 1
   Shape shape = {};               // empty: that of the columns
 };
 

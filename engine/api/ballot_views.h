@@ -100,6 +100,7 @@ inline BallotRays rays_of(const RayView& rays) {
   table.add(rays.t_max, 1, "t_max", r.t_max);
   table.add(rays.masks, 1, "masks", r.mask);
   table.add(rays.poses, 12, "poses", r.pose);
+  table.add(rays.weights, 1, "weights", r.weight);
   table.fit();
   return r;
 }
@@ -185,6 +186,8 @@ template <>
 struct RecordOf<std::uint8_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_UINT8> {};
 template <>
 struct RecordOf<std::int64_t> : std::integral_constant<BallotRecord, BALLOT_RECORD_INT64> {};
+template <>
+struct RecordOf<double> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT64> {};
 
 }  // namespace detail
 }  // namespace v1

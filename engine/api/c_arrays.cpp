@@ -1,4 +1,6 @@
 // Traces of arrays on the device by the C interface.
+#include <algorithm>
+
 #include "engine/api/crossings.h"
 #include "engine/api/outputs.h"
 #include "engine/gpu/room.h"
@@ -6,12 +8,44 @@
 namespace ballot::api {
 namespace {
 
+constexpr const char* kTrace = "trace of arrays on the device";
+
 /// The arguments of a trace: the hits go to the caller's array if he wants them whole, else to one of the scene.
 struct ArrayTrace {
   Buffer<Ray>& rays;
   std::uint32_t count;
   const Outputs& outputs;
   Buffer<Hit>& hits;
+};
+
+/// The sums of a trace.
+class SumsThere {
+ public:
+  /// Throws Refused if they do not fit.
+  SumsThere(SceneState& scene, const ArrayTrace& trace, const BallotQuery& query)
+      : sums_(answers_there(scene).sums),
+        from_{trace.hits, trace.count, std::max(query.first, 1u)},
+        to_(trace.outputs.sums) {
+    if (!query.weights) return;
+    given_ = use(query.weights);
+    if (!trace.outputs.has_sums()) refuse(fmt::format("{}: weights are given, but no sums are wanted", kTrace));
+    if (std::ranges::count(trace.outputs.arrays, given_))
+      refuse(fmt::format("{}: one array is given for weights and an output", kTrace));
+    from_.weights = &array_beside<float>(*given_, scene, trace.count, kTrace, "weights");
+  }
+  /// Sums up what earlier passes find, and waits.
+  void end(Context& gpu, TraceTimes& times) {
+    const bool any = to_ != SumBuffers{};
+    if (any) sums_.record(from_, to_, [&](double ms) { times.device_ms += ms; });
+    gpu.finish();
+    if (any) sums_.check(from_);
+  }
+
+ private:
+  SumWriter& sums_;
+  WeighedHits from_;
+  const SumBuffers& to_;
+  std::shared_ptr<BufferState> given_;
 };
 
 /// A trace of arrays on the device that has been submitted.
@@ -67,13 +101,13 @@ class DeviceJob : public JobState {
 template <class Hold, class Trace>
 void with_arrays(SceneState& scene, BallotBuffer* rays, std::uint64_t count, std::span<const BallotOutput> outputs,
                  const BallotQuery* query, const Kind& kind, const Trace& trace) {
-  constexpr const char* kCall = "trace of arrays on the device";
   const auto from = use(rays);
-  Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kCall, "rays");
+  Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kTrace, "rays");
   const BallotQuery q = read_query(query, kind);
   const std::uint64_t all = count * std::max(q.first, 1u);
-  const Outputs to(outputs, door::kHitRows, scene, *from, all, kCall);
+  const Outputs to(outputs, door::kHitRows, scene, *from, all, kTrace);
   const Hold hold(*scene.device);
+  to.check_sums(scene);
   keep_fit(scene);
   Buffer<Hit>& hits = to.hits ? *to.hits : buffer_for(answers_there(scene).hits, *scene.device->gpu, all, "hits");
   trace(ArrayTrace{in, std::uint32_t(count), to, hits}, q);
@@ -100,11 +134,12 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64
       ballot::Context& gpu = *state->device->gpu;
       const ballot::PassScope scope(gpu);
       const std::uint64_t all = t.count * std::uint64_t{std::max(q.first, 1u)};
+      SumsThere sums(*state, t, q);
       ballot::TraceTimes spent = asks_for_crossings(q)
                                      ? first_crossings(*state, t.rays, t.count, q, t.hits)
                                      : state->world->tracer().trace(t.rays, t.hits, t.count, hit_query(q));
       record_columns(*state, {.found = t.hits, .count = all}, t.outputs.to, [&](double ms) { spent.device_ms += ms; });
-      gpu.finish();
+      sums.end(gpu, spent);
       write_struct(times, clock.times(spent, 0), "BallotTimes");
     });
   });
@@ -117,7 +152,11 @@ BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, uint6
     auto begun = std::make_shared<DeviceJob>(state);
     const auto to = outputs_of(outputs, output_count, "ballot_submit_buffers");
     with_arrays<DeviceHold>(*state, rays, count, to, query, kArrayJobsKind,
-                            [&](const ArrayTrace& t, const BallotQuery& q) { begun->begin(t, hit_query(q)); });
+                            [&](const ArrayTrace& t, const BallotQuery& q) {
+                              if (t.outputs.has_sums())
+                                refuse("ballot_submit_buffers: sums are wanted; expected ballot_trace_buffers()");
+                              begun->begin(t, hit_query(q));
+                            });
     *job = jobs().add(std::move(begun));
   });
 }

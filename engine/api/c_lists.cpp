@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "engine/api/crossings.h"
+#include "engine/api/sums.h"
 #include "engine/core/parallel.h"
 
 namespace ballot::api {
@@ -155,11 +156,15 @@ TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const Ballot
   CrossingCall call(scene, rays, query, in_turn);
   call.query().any = query.any != 0;
   HitArrays out(to, scene, in_turn, rays.count() * most);
+  SumArrays sums(to, scene, rays, in_turn, most);
   const auto take = [&](std::uint64_t first, std::span<const Hit> rows) {
     for (std::size_t i = 0; i < rows.size(); i += most) hits += rows[i].prim != NO_HIT;
     out.write(std::size_t(first) * most, rows);
+    sums.add(std::size_t(first) * most, rows);
   };
-  return scene.world->rays().first(call.source(watch, *scene.device->gpu), most, take, call.query());
+  const TraceTimes spent = scene.world->rays().first(call.source(watch, *scene.device->gpu), most, take, call.query());
+  sums.end();
+  return spent;
 }
 
 }  // namespace ballot::api
@@ -172,6 +177,7 @@ BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, c
     need(rays, "ballot_list_crossings", "rays");
     need(lists, "ballot_list_crossings", "lists");
     const RayArray array(read_struct(rays, "BallotRays"));
+    if (array.weights()) refuse("rays: weight is given; expected none: crossings have no sums");
     const BallotLists l = read_struct(lists, "BallotLists");
     run_call(*state, query, kCrossingsKind, "rays", times,
              [&](const BallotQuery& q, Watch& watch) { return list_crossings(*state, array, l, q, watch); });

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/api/arrays.h"
+#include "engine/api/masks_there.h"
 #include "engine/api/outputs.h"
 #include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
@@ -129,16 +130,20 @@ class NearestArrays {
   std::uint64_t found_ = 0;
 };
 
+[[noreturn]] void refuse_masks(const char* what) {
+  refuse(
+      fmt::format("points: found {} beside signed_distances or inside, which are told of the whole scene; expected one "
+                  "of them: ask for distances",
+                  what));
+}
+
 BallotTimes query_points(SceneState& scene, const PointArray& points, const BallotNearest& to, const BallotQuery& query,
                          Watch& watch) {
   const Clock clock;
   ballot::DeviceScene& world = *scene.world;
   PointQuery how = point_query(query);
   NearestArrays out(to, scene, points.count(), how.sides);
-  if (points.masks() && (to.signed_distances || to.inside))
-    refuse(
-        "points: found mask beside signed_distances or inside, which are told of the whole scene; expected one of "
-        "them: ask for distances");
+  if (points.masks() && (to.signed_distances || to.inside)) refuse_masks("mask");
   if (out.wants_inside() && !query.assume_closed) need_closed(world);
   if (out.wants_sides() && !query.assume_closed) need_wound(world);
   const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
@@ -155,28 +160,31 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
 }
 
 /// Answers points of an array on the device, part by part, so that what lies between kernels takes a bounded memory.
-TraceTimes query_arrays(SceneState& scene, const Buffer<ProbePoint>& points, const Outputs& outputs,
-                        std::uint64_t count, PointQuery how) {
+TraceTimes query_arrays(SceneState& scene, const DevicePoints& points, const Outputs& outputs, PointQuery how) {
+  const std::uint64_t count = points.count;
   PointQueries& queries = scene.world->points();
   const bool signs = outputs.wants(COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS), inside = signs && !how.sides;
   const bool near = outputs.nearest || how.sides ||
                     outputs.wants(COLUMN_DISTANCES, COLUMN_PRIMS, COLUMN_IDS, COLUMN_UVS, COLUMN_NORMALS, COLUMN_POINTS,
                                   COLUMN_SIGNED);
   how.sides = how.sides && signs;
-  if (outputs.nearest && outputs.arrays.size() == 1) return queries.nearest(points, *outputs.nearest, count, how);
+  if (outputs.nearest && outputs.arrays.size() == 1) return queries.nearest(points, *outputs.nearest, how);
   Context& gpu = *scene.device->gpu;
   AnswersThere& there = answers_there(scene);
   const auto size = std::size_t(std::min(count, kPart));
   Buffer<ProbePoint>& asked = buffer_for(there.points, gpu, size, "points of a part");
+  Buffer<std::uint32_t>& masks = buffer_for(there.masks, gpu, points.masks ? size : 0, "masks of a part");
   Buffer<Nearest>& found = buffer_for(there.nearest, gpu, near ? size : 0, "nearest points of a part");
   Buffer<std::uint32_t>& within = buffer_for(there.inside, gpu, inside ? size : 0, "inside tests of a part");
   TraceTimes times;
   const PassScope scope(gpu);
   for (std::uint64_t first = 0; first < count; first += kPart) {
     const std::uint64_t some = std::min(kPart, count - first);
-    asked.copy_from(points, std::size_t(first), 0, std::size_t(some));
-    if (near) times.device_ms += queries.nearest(asked, found, some, how).device_ms;
-    if (inside) times.device_ms += queries.inside(asked, within, some, {.exact = how.exact}).device_ms;
+    asked.copy_from(points.points, std::size_t(first), 0, std::size_t(some));
+    if (points.masks) masks.copy_from(*points.masks, std::size_t(first), 0, std::size_t(some));
+    const DevicePoints part{asked, some, points.masks ? &masks : nullptr};
+    if (near) times.device_ms += queries.nearest(part, found, how).device_ms;
+    if (inside) times.device_ms += queries.inside(part, within, {.exact = how.exact}).device_ms;
     if (outputs.nearest) outputs.nearest->copy_from(found, 0, std::size_t(first), std::size_t(some));
     record_columns(scene, {found, true, inside ? &within : nullptr, some, first}, outputs.to,
                    [&times](double ms) { times.device_ms += ms; });
@@ -214,14 +222,17 @@ BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points
     const auto from = use(points);
     const auto& in = array_of<ballot::ProbePoint>(*from, *state, count, kCall, "points");
     const Outputs to({outputs, output_count}, ballot::door::kNearestRows, *state, *from, count, kCall);
-    const BallotQuery q = read_query(query, kPointsKind);
-    const ballot::PointQuery how = point_query(q);
+    const BallotQuery q = read_query(query, kPointArraysKind);
+    ballot::PointQuery how = point_query(q);
+    const bool signs = to.wants(COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS);
+    if (q.masks && signs) refuse_masks("masks");
     const DeviceUse device(*state->device);
     keep_fit(*state);
     const Watch watch(q, *state->device, "points");
     const Watched watched(watch);
-    if (to.wants(COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS) && !q.assume_closed)
-      how.sides ? need_wound(*state->world) : need_closed(*state->world);
-    write_struct(times, clock.times(query_arrays(*state, in, to, count, how), 0), "BallotTimes");
+    if (signs && !q.assume_closed) how.sides ? need_wound(*state->world) : need_closed(*state->world);
+    const MasksThere masks(*state, q.masks, count, kCall);
+    how.triangle_masks = masks.of_triangles();
+    write_struct(times, clock.times(query_arrays(*state, {in, count, masks.all()}, to, how), 0), "BallotTimes");
   });
 }

@@ -1,6 +1,7 @@
 // Tracing by the C interface: arrays in memory, at once and in the background.
 #include "engine/api/arrays.h"
 #include "engine/api/crossings.h"
+#include "engine/api/sums.h"
 
 namespace ballot::api {
 namespace {
@@ -25,6 +26,7 @@ BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
   const Clock clock;
   const RowOrder order = RowOrder::find(call.rays);
   HitArrays out(call.hits, scene, order, call.rays.count());
+  SumArrays sums(call.hits, scene, call.rays, order, 1);
   RayStream stream{
       .most = call.rays.count(),
       .next =
@@ -33,7 +35,11 @@ BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
             return room.size();
           },
       .make = call.rays.make_there(*scene.device->gpu, order),
-      .take = [&](std::uint64_t first, std::span<const Hit> hits) { out.write(std::size_t(first), hits); },
+      .take =
+          [&](std::uint64_t first, std::span<const Hit> hits) {
+            out.write(std::size_t(first), hits);
+            sums.add(std::size_t(first), hits);
+          },
       .in_place =
           [&](std::uint64_t first, std::size_t count) {
             if (order.width()) return RayStream::Places{};
@@ -45,6 +51,7 @@ BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
   const Query query = hit_query(call.query);
   tracer.variant(query);  // unknown names are an error even without rays
   const TraceTimes spent = tracer.trace(stream, query);
+  sums.end();
   return clock.times(spent, out.hits());
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/api/arrays.h"
+#include "engine/api/sums.h"
 #include "engine/core/registry.h"
 
 namespace ballot::api {
@@ -36,6 +37,8 @@ bool fits(const door::Row& row, const BufferState& array) {
       return row.count == 1 ? holds<float>(array) : row.count == 2 ? holds<glm::vec2>(array) : holds<glm::vec3>(array);
     case door::Type::UInt32s:
       return holds<std::uint32_t>(array);
+    case door::Type::Sums:
+      return holds<double>(array);
     default:
       return holds<std::uint8_t>(array) || holds<std::uint32_t>(array);
   }
@@ -68,6 +71,8 @@ const char* record_of(const door::Row& row) {
       return row.count == 1 ? "float32" : row.count == 2 ? "float32x2" : "float32x3";
     case door::Type::UInt32s:
       return "uint32";
+    case door::Type::Sums:
+      return "float64";
     default:
       return "uint8 or uint32";
   }
@@ -76,7 +81,8 @@ const char* record_of(const door::Row& row) {
 }  // namespace
 
 Outputs::Outputs(std::span<const BallotOutput> given, std::span<const door::Row> rows, const SceneState& scene,
-                 const BufferState& asked, std::uint64_t count, const char* call) {
+                 const BufferState& asked, std::uint64_t count, const char* call)
+    : call_(call) {
   if (given.empty()) refuse(fmt::format("{}: no output; expected some of {}", call, names_of(rows)));
   std::vector<const door::Row*> seen;
   for (const BallotOutput& output : given) {
@@ -89,7 +95,7 @@ Outputs::Outputs(std::span<const BallotOutput> given, std::span<const door::Row>
     if (array.get() == &asked) refuse(fmt::format("{}: the array of {} is what is asked", call, row.name));
     if (!fits(row, *array))
       refuse(fmt::format("{}: the buffer of {} holds other records; expected {}", call, row.name, record_of(row)));
-    check_buffer(*array, scene, count, call, row.name);
+    check_buffer(*array, scene, row.type == door::Type::Sums ? 1 : count, call, row.name);
     add(row, *array);
     seen.push_back(&row);
     arrays.push_back(array);
@@ -101,11 +107,18 @@ void Outputs::add(const door::Row& row, BufferState& array) {
     hits = &std::get<Buffer<Hit>>(array.array);
   } else if (row.type == door::Type::Nearests) {
     nearest = &std::get<Buffer<Nearest>>(array.array);
+  } else if (row.type == door::Type::Sums) {
+    sums[std::size_t(std::ranges::find(kSums, row.name) - kSums.begin())] = &std::get<Buffer<double>>(array.array);
   } else {
     std::uint32_t column = find_named(kWritten, row.name, "column on the device").column;
     if (column == COLUMN_FLAGS && holds<std::uint32_t>(array)) column = COLUMN_FLAG_WORDS;
     to[column] = &array.raw();
   }
+}
+
+void Outputs::check_sums(const SceneState& scene) const {
+  for (std::size_t by = 0; by < kSumsBy; ++by)
+    if (sums[by]) need_entries(*scene.places, SumsBy(by), sums[by]->size(), call_);
 }
 
 AnswersThere& answers_there(SceneState& scene) {

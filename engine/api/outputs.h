@@ -15,6 +15,8 @@ struct Outputs {
   /// the scene's device.
   Outputs(std::span<const BallotOutput> given, std::span<const door::Row> rows, const SceneState& scene,
           const BufferState& asked, std::uint64_t count, const char* call);
+  /// Throws Refused unless the arrays of sums have their entries. The device is held.
+  void check_sums(const SceneState& scene) const;
 
   /// Returns true if one of these columns is wanted.
   template <class... Column>
@@ -25,10 +27,13 @@ struct Outputs {
   ColumnBuffers to{};                  // but for whole records
   Buffer<Hit>* hits = nullptr;         // whole hits; null: not wanted
   Buffer<Nearest>* nearest = nullptr;  // whole nearest points
+  SumBuffers sums{};
+  bool has_sums() const { return sums != SumBuffers{}; }
   std::vector<std::shared_ptr<BufferState>> arrays;
 
  private:
   void add(const door::Row& row, BufferState& array);
+  const char* call_;
 };
 
 /// Returns what writes columns of a scene's answers.

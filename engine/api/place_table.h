@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/answer/columns.h"
+#include "engine/answer/sums_there.h"
 #include "engine/model/prim_ids.h"
 
 namespace ballot::api {
@@ -14,12 +15,14 @@ namespace ballot::api {
 class PlaceTable {
  public:
   /// The scene is finished: finish_scene().
-  PlaceTable(const Scene& scene, IdSource source) : ids_(scene, source) {
+  PlaceTable(const Scene& scene, IdSource source)
+      : ids_(scene, source), meshes_(static_cast<std::uint32_t>(scene.instances.meshes())) {
     for (const PlacementLabel& label : scene.instances.placement_labels) number_.push_back(label.number);
     std::uint32_t prim = 0;
     for (const Placement& p : scene.instances.placements) {
       const auto count = static_cast<std::uint32_t>(scene.instances.triangles_of(p.mesh));
       first_.push_back(prim);
+      mesh_.push_back(p.mesh);
       if (source != IdSource::Material) id_of_.push_back(count ? ids_.at(prim) : 0);
       prim += count;
     }
@@ -42,6 +45,15 @@ class PlaceTable {
     return table;
   }
 
+  /// Returns the table of sums for a device.
+  SumTable sum_table() const { return {{first_.begin(), first_.end() - 1}, mesh_, counts()}; }
+  /// Returns the numbers of triangles, placements and meshes, by SumsBy.
+  std::array<std::uint32_t, kSumsBy> counts() const {
+    return {first_.back(), static_cast<std::uint32_t>(mesh_.size()), meshes_};
+  }
+  /// Returns the place of a placement's mesh among the meshes.
+  std::uint32_t mesh_of(std::uint32_t placement) const { return mesh_[placement]; }
+
   /// Returns the placement of a triangle. `near` is tried first: neighbours often hit one.
   std::uint32_t placement_of(std::uint32_t prim, std::uint32_t near) const {
     if (prim >= first_[near] && prim < first_[near + 1]) return near;
@@ -58,7 +70,9 @@ class PlaceTable {
 
  private:
   PrimIds ids_;
-  std::vector<std::uint32_t> number_;  // of each placement
+  std::uint32_t meshes_ = 0;
+  std::vector<std::uint32_t> mesh_;    // of each placement
+  std::vector<std::uint32_t> number_;  // the same
   std::vector<std::uint32_t> first_;   // triangle of each placement, and behind these their end
   std::vector<std::uint32_t> id_of_;   // each placement; none: its triangles have ids of their own
 };

@@ -12,9 +12,10 @@ namespace ballot::api {
 const Kind kHitsKind{door::kHits, "hits"}, kCrossingsKind{door::kCrossings, "crossings"},
     kPointsKind{door::kPoints, "points"}, kWithinKind{door::kWithin, "triangles within a limit"},
     kPictureKind{door::kHits, "pictures", false}, kKernelKind{0, "kernels"};
-const Kind kArraysKind{door::kHits, "arrays on the device", true, true},
+const Kind kArraysKind{door::kHits, "arrays on the device", true, true, true},
     kArrayJobsKind{door::kHits, "jobs of arrays on the device", false},
     kCrossingArraysKind{door::kCrossings, "crossings", true, true},
+    kPointArraysKind{door::kPoints, "points", true, true},
     kWithinArraysKind{door::kWithin, "triangles within a limit", true, true};
 
 namespace {
@@ -64,6 +65,8 @@ void check_options(const BallotQuery& query, const Kind& kind) {
   if (query.masks && !kind.there)
     fail(Failure::Arguments, "masks on the device are no option of {}; expected masks where the questions are",
          kind.name);
+  if (query.weights && !kind.sums)
+    fail(Failure::Arguments, "weights on the device are no option of {}; expected none: it has no sums", kind.name);
   for (const door::Row& row : door::kQueryRows) {
     if (row.type != door::Type::Bool) continue;
     const auto value = *reinterpret_cast<const BallotBool*>(reinterpret_cast<const char*>(&query) + row.offset);

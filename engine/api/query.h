@@ -14,9 +14,10 @@ struct Kind {
   const char* name;
   bool filters = true;  // it has those options of hits that crossings have, too
   bool there = false;   // its questions and their masks are arrays on the device
+  bool sums = false;    // weights, too
 };
 extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kPictureKind, kKernelKind;
-extern const Kind kArraysKind, kArrayJobsKind, kCrossingArraysKind, kWithinArraysKind;
+extern const Kind kArraysKind, kArrayJobsKind, kCrossingArraysKind, kPointArraysKind, kWithinArraysKind;
 
 /// Throws Error(Arguments) if an option is set that a kind does not have, or a truth value is neither 0 nor 1.
 void check_options(const BallotQuery& query, const Kind& kind);

@@ -73,6 +73,41 @@ void PoseColumn::move(std::size_t place, std::span<Ray> rays) const {
   });
 }
 
+WeightColumn::WeightColumn(const Shape& shape, const BallotColumn& given)
+    : lane_(read_column({"rays", "weight"}, shape, given), shape) {}
+
+void WeightColumn::read(std::size_t place, std::span<float> to) const {
+  const Column& c = lane_.column();
+  if (!c.data) {
+    std::ranges::fill(to, c.is_given ? c.own_number(0) : 1.0f);
+    return;
+  }
+  lane_.for_runs(place, to.size(), [&](std::size_t i, std::size_t n, const char* from, std::ptrdiff_t stride) {
+    for (const std::size_t end = i + n; i < end; ++i, from += stride) to[i] = c.number(from, 0);
+  });
+}
+
+std::uint32_t WeightColumn::largest(std::size_t count) const {
+  if (!lane_.column().data) count = std::min(count, std::size_t{1});
+  const auto largest_of = [&](std::size_t begin, std::size_t end) {
+    std::vector<float> some(end - begin);
+    read(begin, some);
+    std::uint32_t largest = 0;
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      largest = std::max(largest, SumUnit::size_of(some[i]));
+      if (!SumUnit::is_finite(largest)) break;
+    }
+    return largest;
+  };
+  const auto larger = [](std::uint32_t a, std::uint32_t b) { return std::max(a, b); };
+  const std::uint32_t largest = joined_chunks(count, kChunk, 0u, largest_of, larger);
+  if (SumUnit::is_finite(largest)) return largest;
+  float weight = 1;
+  std::size_t first = 0;
+  for (read(0, {&weight, 1}); SumUnit::is_finite(SumUnit::size_of(weight)); read(first, {&weight, 1})) ++first;
+  refuse(fmt::format("rays: weight of ray {} is {}; expected finite numbers, which float32 can hold", first, weight));
+}
+
 RayArray::RayArray(const BallotRays& rays)
     : shape_(read_shape("rays", rays.shape)),
       origin_(read_column({"rays", "origin", 3, true}, shape_, rays.origin)),
@@ -82,7 +117,8 @@ RayArray::RayArray(const BallotRays& rays)
       pose_(read_column({"rays", "pose", kMostNumbers}, shape_, rays.pose)),
       columns_(shape_, {origin_, t_min_, direction_, t_max_}, {0, 0, 0, 0, 0, 0, 0, kNoBound}, kNoBound),
       poses_(pose_, shape_),
-      masks_("rays", shape_, rays.mask) {}
+      masks_("rays", shape_, rays.mask),
+      weights_(shape_, rays.weight) {}
 
 void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const {
   auto* records = reinterpret_cast<Columns<8>::Record*>(rays.data());

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "engine/answer/stream.h"
+#include "engine/answer/sums.h"
 #include "engine/api/columns.h"
 #include "engine/core/parallel.h"
 #include "shaders/shared/layout.h"
@@ -43,6 +44,23 @@ class PoseColumn {
   Lane lane_;
 };
 
+/// The weights of rays, rounded to float32. Keeps the caller's pointer, but not that of a weight that stands for all.
+class WeightColumn {
+ public:
+  /// Throws Refused if the description is wrong.
+  WeightColumn(const Shape& shape, const BallotColumn& given);
+  /// Returns false if none were given: each is 1.
+  explicit operator bool() const { return bool(lane_); }
+  /// Writes the weights of rays from number `place` on.
+  void read(std::size_t place, std::span<float> to) const;
+  /// Returns the bits of the largest size of `count` weights. Throws Refused, which names the first, if one is not
+  /// finite.
+  std::uint32_t largest(std::size_t count) const;
+
+ private:
+  Lane lane_;
+};
+
 /// The rays of a call.
 class RayArray {
  public:
@@ -58,6 +76,7 @@ class RayArray {
   /// null if not.
   const Ray* in_place(std::size_t first, std::size_t count) const;
   const MaskColumn& masks() const { return masks_; }
+  const WeightColumn& weights() const { return weights_; }
   /// Returns what makes the rays on a device, in an order, if that has less to carry than the rays are; else nothing.
   MakeQuestions<Ray> make_there(Context& gpu, const RowOrder& order) const;
 
@@ -67,6 +86,7 @@ class RayArray {
   Columns<8> columns_;
   PoseColumn poses_;
   MaskColumn masks_;
+  WeightColumn weights_;
 };
 
 /// The points of a call.

@@ -136,10 +136,13 @@ struct NormalTable {
 
 /// What writes columns of answers on the device, and what these are of: as many records as a call has had.
 struct AnswersThere {
-  AnswersThere(Context& gpu, const PlaceTable& places) : columns(gpu, places.prim_table()) {}
+  AnswersThere(Context& gpu, const PlaceTable& places)
+      : columns(gpu, places.prim_table()), sums(gpu, places.sum_table()) {}
   ColumnWriter columns;
+  SumWriter sums;
   std::unique_ptr<Buffer<Hit>> hits;
   std::unique_ptr<Buffer<ProbePoint>> points;  // these of a part of the points
+  std::unique_ptr<Buffer<std::uint32_t>> masks;
   std::unique_ptr<Buffer<Nearest>> nearest;
   std::unique_ptr<Buffer<std::uint32_t>> inside;
 };
@@ -208,7 +211,7 @@ struct BufferState {
   std::size_t records = 0, record_bytes = 0;
   std::variant<std::monostate, Buffer<Ray>, Buffer<Hit>, Buffer<ProbePoint>, Buffer<Nearest>, Buffer<float>,
                Buffer<std::uint32_t>, Buffer<glm::vec3>, Buffer<glm::vec2>, Buffer<std::uint8_t>, Buffer<Transform>,
-               Buffer<std::int64_t>>
+               Buffer<std::int64_t>, Buffer<double>>
       array;
   std::unique_ptr<CudaMemory> cuda;
   LastError error;
@@ -233,6 +236,13 @@ Buffer<T>& array_of(BufferState& buffer, const SceneState& scene, std::uint64_t 
   if (!array) throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("{}: the buffer of {} holds other records", call, what));
   check_buffer(buffer, scene, count, call, what);
   return *array;
+}
+
+/// The same for what belongs to questions: a record of each, or one for all.
+template <class T>
+Buffer<T>& array_beside(BufferState& buffer, const SceneState& scene, std::uint64_t count, const char* call,
+                        const char* what) {
+  return array_of<T>(buffer, scene, buffer.records == 1 ? 1 : count, call, what);
 }
 
 /// The open handles. They outlive main(), so that a program may close them from any destructor.

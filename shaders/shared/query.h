@@ -26,6 +26,11 @@
 #define BIND_CORNER_TABLE 28  // in: of each instance of a tree its first triangle, then where its corners are
 #define BIND_COLUMNS 48       // out: the first of the columns
 
+// shaders/query/sums.comp, beside BIND_PRIM_TABLE.
+#define BIND_SUMS 48       // out: two words each
+#define BIND_SUM_RANGE 49  // SumRange
+#define BIND_WEIGHTS 50    // in: a word a ray, or one for all
+
 // Kernels of users (lib/called/scene.glsl): their numbers, the first prim and the number of each instance in ascending
 // order, and the first of their arrays.
 #define BIND_USER_NUMBERS 62
@@ -108,6 +113,15 @@
 // The words of BIND_CORNER_TABLE: for each instance its first triangle, of all; then for each where the triangles of
 // its tree begin in BIND_CORNERS, NO_HIT for shapes, and the rows of its matrix, with the translation.
 #define CORNER_WORDS 14u
+
+// shaders/query/sums.comp: the lanes of a workgroup, the values of BALLOT_SUMS, and the dispatches.
+#define SUMS_GROUP 128u
+#define SUMS_PRIMS 0
+#define SUMS_INSTANCES 1
+#define SUMS_MESHES 2
+#define SUMS_RANGE 0u  // finds the largest weight
+#define SUMS_ADD 1u
+#define SUMS_END 2u    // makes numbers of the sums
 
 // shaders/query/made.comp: the lanes of a workgroup, the values of BALLOT_MADE, the most axes of questions, and of
 // their columns: x, y, z, limit of points; origin, t_min, direction, t_max, pose of rays.
@@ -195,6 +209,26 @@ struct ColumnsPush {
   uint instances;  // of trees
 };
 BALLOT_RECORD(ColumnsPush, 24);
+
+// Push constants of sums.comp.
+struct SumsPush {
+  uint step;   // SUMS_...
+  uint first;  // number of the first weight, hit or sum
+  uint count;
+  uint row;          // hits of a ray
+  uint entries;      // but for the last, of rays that miss
+  uint placements;   // of the table
+  uint weight_step;  // 1: each ray has a weight, 0: all have the first
+  uint lift;         // SumUnit::lift_of(), a signed number
+};
+BALLOT_RECORD(SumsPush, 32);
+
+// What sums.comp knows of the weights.
+struct SumRange {
+  uint largest;  // bits of the largest size
+  uint wrong;    // number of the first that is not finite; ~0: none
+};
+BALLOT_RECORD(SumRange, 8);
 
 // Where a column's numbers of a question lie, in words of a table.
 struct MadeColumn {

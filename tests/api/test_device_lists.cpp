@@ -122,6 +122,52 @@ TEST_F(DeviceLists, TrianglesWithinRadiiAreThoseOfTheHost) {
   there.expect(truth);
 }
 
+TEST_F(DeviceLists, MasksOfPointsAreThoseOfTheHost) {
+  const ballot::Scene scene = scene_of(true);
+  std::vector<ballot::Point> points(kRays);
+  std::vector<float> at;
+  std::vector<std::uint32_t> words(kRays), twos(kRays, 2);
+  const std::vector<ballot::Ray> rays = some_rays();
+  for (std::size_t i = 0; i < kRays; ++i) {
+    points[i] = {{rays[i].origin[0], rays[i].origin[1], 0.3f}, 0.4f};
+    at.insert(at.end(), points[i].at, points[i].at + 3);
+    words[i] = std::uint32_t(i % 5);
+  }
+  ballot::Array<ballot::Point> asked(*device_, kRays);
+  asked.write(points);
+  ballot::Array<std::uint32_t> each(*device_, kRays), one(*device_, 1), prims(*device_, kRays), ids(*device_, kRays);
+  each.write(words), one.write(std::vector<std::uint32_t>{2});
+  ballot::Array<ballot::NearestPoint> nearest(*device_, kRays);
+  ballot::Array<float> distances(*device_, kRays), signs(*device_, kRays);
+  for (const char* numeric : {"watertight", "exact"})
+    for (const bool all : {false, true}) {
+      std::vector<ballot::NearestPoint> truth(kRays);
+      std::vector<float> far(kRays);
+      std::vector<std::uint32_t> numbers(kRays);
+      scene.nearest({.at = at, .limit = 0.4f, .masks = all ? twos : words},
+                    {.distances = far.data(), .prims = numbers.data(), .nearest = truth.data()}, {.numeric = numeric});
+      const ballot::Query query{.numeric = numeric, .masks = all ? one : each};
+      scene.nearest(asked, {{"nearest", nearest}}, kRays, query);
+      EXPECT_TRUE(same(read(nearest, kRays), truth));
+      scene.nearest(asked, {{"distances", distances}, {"prims", prims}}, kRays, query);
+      EXPECT_TRUE(same(read(distances, kRays), far));
+      EXPECT_TRUE(same(read(prims, kRays), numbers));
+      EXPECT_GT(std::ranges::count(numbers, BALLOT_MISS), 20);
+      ballot::Lists lists = scene.within({.at = at, .limit = 0.4f, .masks = all ? twos : words});
+      There there;
+      scene.within(asked, there.lists(), kRays, {.masks = all ? one : each});
+      there.expect(lists);
+    }
+  std::string text;
+  EXPECT_EQ(code_of(
+                [&] {
+                  scene.nearest(asked, {{"signed_distances", signs}}, kRays, {.masks = one});
+                },
+                &text),
+            BALLOT_ERROR_ARGUMENT);
+  EXPECT_NE(text.find("found masks beside signed_distances"), text.npos) << text;
+}
+
 TEST_F(DeviceLists, ColumnsHaveRowsOfFirstHitsAndHitsStandAlone) {
   const ballot::Scene scene = scene_of(true);
   const std::vector<ballot::Ray> rays = some_rays();

@@ -37,15 +37,15 @@ TEST_F(PointArrays, AnswersAreThoseForPointsOfTheHost) {
       queries.nearest(points, expected, query);
       queries.inside(points, flags, query);
       inside.upload(found_flags);
-      queries.nearest(there, nearest, n, query);
-      queries.inside(there, inside, asked, query);
+      queries.nearest({there, n}, nearest, query);
+      queries.inside({there, asked}, inside, query);
       nearest.download(found), inside.download(found_flags);
       EXPECT_EQ(std::memcmp(found.data(), expected.data(), n * sizeof(Nearest)), 0);
       for (std::size_t i = 0; i < n; ++i) ASSERT_EQ(found_flags[i], i < asked ? flags[i] : 7) << i;
     }
-  EXPECT_THROW(queries.nearest(there, nearest, n + 1), Error);
-  EXPECT_THROW(queries.inside(there, inside, n + 1), Error);
-  queries.nearest(there, nearest, 0);
+  EXPECT_THROW(queries.nearest({there, n + 1}, nearest), Error);
+  EXPECT_THROW(queries.inside({there, n + 1}, inside), Error);
+  queries.nearest({there, 0}, nearest);
 }
 
 // More points than one dispatch takes. Most are beyond their limit of every triangle.
@@ -58,14 +58,14 @@ TEST_F(PointArrays, PartsFollowEachOther) {
   Buffer<ProbePoint> there(*gpu_, n, Access::Storage, "points");
   Buffer<std::uint32_t> inside(*gpu_, n, Access::Storage, "inside");
   there.upload(points);
-  queries.inside(there, inside, n);
+  queries.inside({there, n}, inside);
   std::vector<std::uint32_t> flags(n);
   inside.download(flags);
   EXPECT_EQ(std::ranges::count(flags, 1u), 1);
   EXPECT_EQ(flags[5], 1u);
   if (n * sizeof(Nearest) > gpu_->info().max_storage_range) return;
   Buffer<Nearest> nearest(*gpu_, n, Access::Storage, "nearest");
-  queries.nearest(there, nearest, n);
+  queries.nearest({there, n}, nearest);
   std::vector<Nearest> found(n);
   nearest.download(found);
   for (const std::size_t i : {std::size_t(5), n - 999, n - 1}) EXPECT_EQ(found[i].distance, 0.25f);
@@ -80,7 +80,7 @@ TEST_F(PointArrays, WalksThatTheDriverCutsShort) {
   Buffer<ProbePoint> there(*gpu_, 2, Access::Storage, "points");
   Buffer<Nearest> nearest(*gpu_, 2, Access::Storage, "nearest");
   there.upload(points);
-  queries.nearest(there, nearest, 2, {.sides = true});
+  queries.nearest({there, 2}, nearest, {.sides = true});
   std::vector<Nearest> found(2);
   nearest.download(found);
   EXPECT_TRUE(found[0].distance == 2 && found[1].distance == 1);

@@ -244,8 +244,8 @@ TEST_F(PointInstances, OfArraysOnTheDeviceAreThoseOfTheHost) {
     const Answers host = ask(queries, points, query);
     std::vector<Nearest> found(n);
     std::vector<std::uint32_t> flags(n);
-    queries.nearest(there, nearest, n, query);
-    queries.inside(there, inside, n, query);
+    queries.nearest({there, n}, nearest, query);
+    queries.inside({there, n}, inside, query);
     nearest.download(found), inside.download(flags);
     EXPECT_EQ(different(found, host.nearest), 0u);
     EXPECT_EQ(flags, host.inside);

@@ -27,7 +27,7 @@ ROWS = {"BallotQuery": "kQueryRows", "BallotSceneOptions": "kSceneRows", "Ballot
         "BallotTimes": "kTimesRows"}  # fmt: skip
 TYPES = {"BallotText": "Text", "BallotBool": "Bool", "uint32_t": "UInt32", "uint64_t": "UInt64", "float": "Float32",
          "double": "Float64", "char": "Chars", "float*": "Floats", "uint32_t*": "UInt32s", "uint8_t*": "Bools",
-         "BallotHit*": "Hits", "BallotNearestPoint*": "Nearests"}  # fmt: skip
+         "BallotSums": "Sums", "BallotHit*": "Hits", "BallotNearestPoint*": "Nearests"}  # fmt: skip
 NAMES = {"ballot_trace": "trace", "ballot_list_crossings": "crossings", "ballot_query_points": "nearest",
          "ballot_list_within": "within", "BallotHits": "trace_columns()"}  # fmt: skip
 

@@ -202,7 +202,7 @@ class Answers(Closable):
 
     @overload
     def nearest(
-        self, points: Array, columns: Sequence[str] = ..., *, count: int | None = None,
+        self, points: Array, columns: Sequence[str] = ..., *, masks: Array | None = None, count: int | None = None,
         out: Mapping[str, Array] | None = None, times: list[Times] | None = None, **options: Unpack[PointOptions],
     ) -> dict[str, Array]: ...
     @overload
@@ -229,7 +229,7 @@ class Answers(Closable):
         limit    triangles farther away are not looked for: a number above 0, or an array that broadcasts to the points'
                  shape, where a point of a negative or NaN limit is near nothing; inf or None: there is no limit
         masks    as trace(), that broadcast to the points' shape; not with "inside" and "signed_distances", which are
-                 told of the whole scene
+                 told of the whole scene. Of points in a ballot.Array an Array of "uint32"
         {points_options}
         count, out, times, progress  as trace_columns()
 
@@ -245,7 +245,7 @@ class Answers(Closable):
         [2.0]
         """
         if on := there(points, "points", self._device):
-            given = Asked("points", on, count, {"limit": limit, "masks": masks})
+            given = Asked("points", on, count, {"limit": limit}, masks)
             return given.answer(self._handle.nearest_there, columns, out, _query.options(options, "points"), times)
         refuse_count(count)
         source = _sources.points(points, limit, masks)

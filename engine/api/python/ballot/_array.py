@@ -21,6 +21,7 @@ _RECORDS: dict[str, tuple[int, type, int]] = {
     "nearest": (3, np.float32, 8), "vertices": (6, np.float32, 3), "float32": (4, np.float32, 1),
     "float32x2": (7, np.float32, 2), "float32x3": (6, np.float32, 3), "uint32": (5, np.uint32, 1),
     "transforms": (9, np.float32, 12), "uint8": (8, np.uint8, 1), "int64": (10, np.int64, 1),
+    "float64": (11, np.float64, 1),
     "distances": (4, np.float32, 1), "inside": (5, np.uint32, 1),
 }  # fmt: skip
 
@@ -50,9 +51,9 @@ class Array(Closable):
     record    "rays": rows of 8 float32, as Scene.trace() takes them, but with t_max finite; "hits": rows of 4, t, prim
               (its bits), u, v; "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z,
               distance, prim (its bits), u, v, nothing; "vertices": rows of 3, x, y, z; "transforms": rows of 12, a
-              3 x 4 matrix row by row. As columns of answers have them: "float32", "uint32", "uint8" and "int64" of
-              shape (count,), "float32x2" (count, 2), "float32x3" (count, 3); "distances" is another name of "float32",
-              "inside" of "uint32"
+              3 x 4 matrix row by row. As columns of answers have them: "float32", "uint32", "uint8", "int64" and
+              "float64" of shape (count,), "float32x2" (count, 2), "float32x3" (count, 3); "distances" is another name
+              of "float32", "inside" of "uint32"
     count     number of records, 1 to 2^32 - 1
     device    a Device; None: the default one
     exported  True: other interfaces can use the memory; raises Error if the device cannot export. None: if it can.
@@ -99,7 +100,7 @@ class Array(Closable):
 
     @property
     def dtype(self) -> np.dtype:
-        """float32, uint32, uint8 or int64."""
+        """float32, uint32, uint8, int64 or float64."""
         return np.dtype(_RECORDS[self._record][1])
 
     @property
@@ -130,7 +131,8 @@ class Array(Closable):
         if self.dtype.kind in "ui":
             rows = _whole(array, self.dtype)
         else:
-            rows = _arrays.contiguous(_arrays.floats(array, "records", (width,)).reshape(-1, width))
+            taken = _arrays.numbers if self.dtype == np.float64 else _arrays.floats
+            rows = _arrays.contiguous(taken(array, "records", (width,)).reshape(-1, width), self.dtype)
         if self._record == "rays" and np.isposinf(rows[:, 7]).any():
             rows = np.concatenate([rows[:, :7], np.minimum(rows[:, 7:], _NO_END)], axis=1)
         self._handle.write(rows, _query.integer(first, "first", 0, 2**32))

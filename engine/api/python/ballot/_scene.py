@@ -14,13 +14,14 @@ from ._device import Device, device_or_default
 from ._door import AnimationInfo, SceneInfo, SceneOptions, documented
 from ._edits import Edits
 from ._errors import Error
+from ._sums import Sums
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
 @documented
-class Scene(Edits, Answers):
+class Scene(Edits, Answers, Sums):
     """A scene on a device, made of triangle meshes.
 
     vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12. Without triangles: their corners (m, 3, 3),

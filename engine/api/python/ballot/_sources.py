@@ -26,14 +26,16 @@ class Source(NamedTuple):
     poses: np.ndarray | None = None  # 12 numbers each; None: none
     y: np.ndarray | None = None  # of points whose x is `first`
     z: np.ndarray | None = None
+    weights: np.ndarray | None = None  # of rays whose sums are asked for; None: 1
 
 
 def rays(
-    given: Any, t: Any = None, origins: Any = None, directions: Any = None, masks: Any = None, poses: Any = None
+    given: Any, t: Any = None, origins: Any = None, directions: Any = None, masks: Any = None, poses: Any = None,
+    weights: Any = None,
 ) -> Source:
     """Returns rays of 8 or 6 numbers, of a Pattern, or of origins and directions. `t` is the range (t_min, t_max) of
     all but those of 8 numbers. `masks`: whole numbers below 2^32. `poses`: matrices that broadcast; with a Pattern its
-    rays from each."""
+    rays from each. `weights`: numbers that broadcast."""
     moved = None if poses is None else _poses(poses)
     if isinstance(given, Pattern):
         if moved is not None:
@@ -57,6 +59,8 @@ def rays(
         source = source._replace(poses=moved)
     if masks is not None:
         source = source._replace(masks=_masks(masks, shape))
+    if weights is not None:
+        source = source._replace(weights=_weights(weights, shape))
     return source if len(shape) <= _AXES else _flattened(source)
 
 
@@ -173,6 +177,15 @@ def _masks(given: Any, shape: tuple[int, ...]) -> np.ndarray:
     return fitted.astype(np.uint32, copy=False)
 
 
+def _weights(given: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """Returns weights that broadcast to this shape."""
+    array = _array(np.asarray(given) if isinstance(given, (list, tuple, int, float)) else given, "weights")
+    fitted = _fitted(array, shape)
+    if fitted is None:
+        raise ValueError(f"weights: shape is {array.shape}; expected a number, or an array of {shape}")
+    return fitted if fitted.dtype in _arrays.FLOATS else fitted.astype(np.float32)
+
+
 def points(given: Any, limit: Any, masks: Any = None, least: bool = False) -> Source:
     """Returns points with their limit: None, a number above 0 for all, or an array of one for each. `least`: there is
     one, and it may be 0."""
@@ -217,5 +230,5 @@ def _flattened(source: Source) -> Source:
     assert first is not None
     return Source(
         shape, first, flat(source.directions, 3), flat(source.low), flat(source.high), flat(source.masks),
-        flat(source.poses, 12),
+        flat(source.poses, 12), weights=flat(source.weights),
     )  # fmt: skip

@@ -24,12 +24,16 @@ _COLUMNS = {
 
 def words(masks: Any, kind: str) -> _ballot.Array | None:
     """Returns the masks of questions on the device, as the extension takes them."""
-    if masks is None:
+    return _beside(masks, "masks", "uint32", kind)
+
+
+def _beside(given: Any, name: str, record: str, kind: str) -> _ballot.Array | None:
+    if given is None:
         return None
-    if not isinstance(masks, Array):
-        found = type(masks).__name__
-        raise TypeError(f"masks: found {found}; expected a ballot.Array of uint32, where the {kind} are")
-    handle: _ballot.Array = masks._handle
+    if not isinstance(given, Array):
+        found = type(given).__name__
+        raise TypeError(f"{name}: found {found}; expected a ballot.Array of {record}, where the {kind} are")
+    handle: _ballot.Array = given._handle
     return handle
 
 
@@ -56,20 +60,41 @@ class Asked:
         """Returns an array on the device for each column: a new one, or that of `out`, filled by a call of the
         extension."""
         arrays = self._arrays(columns, dict(out or {}), self._count * options[0].get("first", 1))
+        self._fill(ask, arrays, None, options, times)
+        return arrays
+
+    def sums(
+        self, ask: Callable[..., Any], column: str, entries: int, weights: Any, out: Any,
+        options: tuple[dict[str, Any], Any], times: list[Times] | None,
+    ) -> Array:
+        """Returns sums on the device, in a new array or in `out`, as answer() does."""
+        if out is not None:
+            self._check_out(out, "out")
+        array = Array("float64", entries, self._array.device, self._array.exported) if out is None else out
+        self._fill(ask, {column: array}, _beside(weights, "weights", "float32", self._kind), options, times)
+        return array
+
+    def _fill(
+        self, ask: Callable[..., Any], arrays: Mapping[str, Array], weights: _ballot.Array | None,
+        options: tuple[dict[str, Any], Any], times: list[Times] | None,
+    ) -> None:
         to = {name: array._handle for name, array in arrays.items()}
-        spent = ask(self._array._handle, self._count, to, *options, self._words)
+        spent = ask(self._array._handle, self._count, to, *options, self._words, weights)
         if times is not None:
             times.append(Times(*spent))
-        return arrays
+
+    def _check_out(self, given: Any, name: str) -> None:
+        if not isinstance(given, Array):
+            found = type(given).__name__
+            raise TypeError(f"{name}: found {found}; expected a ballot.Array, as the {self._kind} are")
 
     def _arrays(self, columns: Sequence[str], given: dict[str, Any], count: int) -> dict[str, Array]:
         known = _COLUMNS[self._kind]
         for name in columns:
             if name not in known:
                 raise ValueError(f"columns: found {name!r}; expected some of {', '.join(known)}")
-            if not isinstance(given.get(name, self._array), Array):
-                found = type(given[name]).__name__
-                raise TypeError(f"out[{name!r}]: found {found}; expected a ballot.Array, as the {self._kind} are")
+            if name in given:
+                self._check_out(given[name], f"out[{name!r}]")
         for name in given:
             if name not in columns:
                 raise ValueError(f"out: it has {name!r}, which is not among the columns")

@@ -161,14 +161,14 @@ BallotBuffer* handle_of(const std::shared_ptr<Buffer>& buffer) { return buffer ?
 template <auto kAsk>
 Objects answered_there(const SceneObject& self, const ArrayObject& asked, std::uint64_t count,
                        const ObjectDict& columns, const ObjectDict& options, nb::object progress,
-                       const ArrayObject* masks) {
-  return answered(
-      self, std::move(progress), query_of(options), false,
-      [=, from = asked.use(), to = Outputs(columns), words = use(masks)](auto* scene, auto* query, auto* times) {
-        query->masks = handle_of(words);
-        const std::vector<BallotOutput> outputs = to.c();
-        return kAsk(scene, from->get(), count, outputs.data(), outputs.size(), query, times);
-      });
+                       const ArrayObject* masks, const ArrayObject* weights) {
+  return answered(self, std::move(progress), query_of(options), false,
+                  [=, from = asked.use(), to = Outputs(columns), words = use(masks), numbers = use(weights)](
+                      auto* scene, auto* query, auto* times) {
+                    query->masks = handle_of(words), query->weights = handle_of(numbers);
+                    const std::vector<BallotOutput> outputs = to.c();
+                    return kAsk(scene, from->get(), count, outputs.data(), outputs.size(), query, times);
+                  });
 }
 
 /// Lists what is found for questions on the device, to arrays of which some may be None. Returns (number of all,
@@ -212,9 +212,10 @@ void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene) {
            nb::arg("options"), progress)
       .def("submit", &submit, nb::arg("source"), nb::arg("columns"), nb::arg("options"), nb::arg("arrays"))
       .def("trace_there", &answered_there<ballot_trace_buffers>, nb::arg("rays"), nb::arg("count"), nb::arg("columns"),
-           nb::arg("options"), progress, nb::arg("masks").none() = nb::none())
+           nb::arg("options"), progress, nb::arg("masks").none() = nb::none(), nb::arg("weights").none() = nb::none())
       .def("nearest_there", &answered_there<ballot_query_point_buffers>, nb::arg("points"), nb::arg("count"),
-           nb::arg("columns"), nb::arg("options"), progress, nb::arg("masks").none() = nb::none())
+           nb::arg("columns"), nb::arg("options"), progress, nb::arg("masks").none() = nb::none(),
+           nb::arg("weights").none() = nb::none())
       .def("list_there", &list_there, nb::arg("questions"), nb::arg("count"), nb::arg("counts").none(),
            nb::arg("offsets").none(), nb::arg("hits").none(), nb::arg("options"), progress, nb::arg("masks").none())
       .def("compact", &compact, nb::arg("hits"), nb::arg("count"), nb::arg("first"), nb::arg("alone"), nb::arg("rays"));

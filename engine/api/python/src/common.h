@@ -187,7 +187,7 @@ struct ArrayObject : Kept<Buffer> {
       : Kept("array", std::move(buffer)), record(of), count(records) {}
   /// Returns the numbers of a record.
   std::size_t width() const {
-    constexpr std::size_t kWidths[] = {8, 4, 4, 8, 1, 1, 3, 2, 1, 12, 1};  // in the order of BallotRecord
+    constexpr std::size_t kWidths[] = {8, 4, 4, 8, 1, 1, 3, 2, 1, 12, 1, 1};  // in the order of BallotRecord
     return kWidths[record];
   }
   /// Returns the axes of the array: records of one number have no second one.
@@ -196,10 +196,11 @@ struct ArrayObject : Kept<Buffer> {
   }
   /// Returns the type of the numbers.
   nb::dlpack::dtype type() const {
-    return record == BALLOT_RECORD_UINT32  ? nb::dtype<std::uint32_t>()
-           : record == BALLOT_RECORD_UINT8 ? nb::dtype<std::uint8_t>()
-           : record == BALLOT_RECORD_INT64 ? nb::dtype<std::int64_t>()
-                                           : nb::dtype<float>();
+    return record == BALLOT_RECORD_UINT32    ? nb::dtype<std::uint32_t>()
+           : record == BALLOT_RECORD_UINT8   ? nb::dtype<std::uint8_t>()
+           : record == BALLOT_RECORD_INT64   ? nb::dtype<std::int64_t>()
+           : record == BALLOT_RECORD_FLOAT64 ? nb::dtype<double>()
+                                             : nb::dtype<float>();
   }
   BallotRecord record;
   std::uint64_t count;

@@ -84,6 +84,11 @@ template <class Struct>
 void Columns<Struct>::set(Rows rows, const std::string& name, nb::handle array, std::size_t entries) {
   const door::Row& row = find(rows, name);
   const Array& to = arrays_.emplace_back(nb::cast<Array>(array, false));
+  if (row.type == door::Type::Sums) {
+    if (to.dtype() != nb::dtype<double>()) throw nb::type_error((name + ": the array has another dtype").c_str());
+    at<BallotSums>(&c, row.offset) = {static_cast<double*>(to.data()), to.size()};
+    return;
+  }
   const std::size_t count = row.type == door::Type::Hits ? 4 : row.count;
   if (to.size() != entries * count)
     throw Error(BALLOT_ERROR_ARGUMENT,

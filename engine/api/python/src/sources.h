@@ -45,7 +45,7 @@ class Memory {
 };
 
 /// Questions, as a Source of ballot/_sources.py has them: a shape; rows of rays, origins, points or their x;
-/// directions; t_min; t_max, or limits; masks; poses; y and z. The arrays have float32 or float64, masks uint32, and
+/// directions; t_min; t_max, or limits; masks; poses; y and z; weights. The arrays have float32 or float64, masks uint32, and
 /// their axes broadcast to the shape; to its product, if it has more than BALLOT_AXES.
 class Source {
  public:
@@ -57,7 +57,8 @@ class Source {
         masks_(given[5]),
         poses_(given[6]),
         y_(given[7]),
-        z_(given[8]) {
+        z_(given[8]),
+        weights_(given[9]) {
     const auto shape = nb::borrow<nb::tuple>(given[0]);
     for (const nb::handle length : shape) {
       const auto n = nb::cast<std::size_t>(length);
@@ -81,6 +82,7 @@ class Source {
     if (high_) rays.t_max = high_.column(axes_);
     if (masks_) rays.mask = masks_.column(axes_), rays.mask.type = BALLOT_UINT32;
     if (poses_) rays.pose = poses_.numbers(axes_);
+    if (weights_) rays.weight = weights_.column(axes_);
     return rays;
   }
   BallotPoints points() const {
@@ -96,7 +98,7 @@ class Source {
   }
 
  private:
-  Memory first_, directions_, low_, high_, masks_, poses_, y_, z_;
+  Memory first_, directions_, low_, high_, masks_, poses_, y_, z_, weights_;
   std::size_t shape_[BALLOT_AXES] = {}, axes_ = 0, count_ = 1;
 };
 

@@ -149,6 +149,22 @@ class Arrays(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "masks has 10 records"):
             self.scene.crossings(rays, masks=ballot.Array("uint32", 10))
 
+    def test_masks_of_points(self):
+        points, masks = ballot.Array("points", 500), ballot.Array("uint32", 500)
+        at = self.rays[:, :3] * 0.2
+        points.write(at)
+        words = np.arange(500, dtype=np.uint32) % 3
+        masks.write(words)
+        for numeric in ("watertight", "exact"):
+            there = self.scene.nearest(points, ("distances", "prims"), masks=masks, numeric=numeric)
+            want = self.scene.nearest(at, ("distances", "prims"), masks=words, numeric=numeric)
+            for name, column in want.items():
+                np.testing.assert_array_equal(there[name].read(), column)
+        counts = self.scene.within(points, masks=masks).counts
+        np.testing.assert_array_equal(counts.read(), np.where(words == 0, 0, 100))
+        with self.assertRaisesRegex(ValueError, "found masks beside signed_distances"):
+            self.scene.nearest(points, ("signed_distances",), masks=masks, assume_closed=True)
+
     def test_vertices(self):
         """A commit from an array on the device gives the scene that one from the host gives, also pickled."""
         for size in (100, 70000):  # trees of the host, and perhaps of the device
