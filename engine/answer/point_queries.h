@@ -95,10 +95,10 @@ class PointQueries {
   /// The same as hits: t is the distance, u and v are 0.
   DeviceListed within(const DevicePoints& points, const DeviceLists<Hit>& to, const PointQuery& query = {});
 
-  /// nearest() and inside() for points of an array on the device, whose answers go to the same places of another; masks
-  /// are those of the points, not of inside(). The order of the points is kept: neighbours share a subgroup, so points that are near each other should
-  /// be next to each other. The host sees points and answers only with query.exact, and where the driver cuts walks
-  /// short. Throw Error(Arguments) if an array has too few records, or with masks and query.sides.
+  /// nearest(), also with masks, and inside() for points of an array on the device, whose answers go to the same places
+  /// of another. The order of the points is kept: neighbours share a subgroup, so points that are near each other are
+  /// best next to each other. The host sees points and answers only with query.exact, and where the driver
+  /// cuts walks short. Throw Error(Arguments) if an array has too few records, or with masks and query.sides.
   TraceTimes nearest(const DevicePoints& points, Buffer<Nearest>& answers, const PointQuery& query = {});
   TraceTimes inside(const DevicePoints& points, Buffer<std::uint32_t>& answers, const PointQuery& query = {});
 

@@ -270,16 +270,16 @@ typedef struct BallotOutput {
 
 /* Traces rays [0, count) of an array and writes columns of their answers, with the bits that ballot_trace() writes.
  * Returns when they are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no
- * share. With first, cull, alpha or masks hits are the first crossings, as by ballot_trace(), and outputs hold
- * `first` records of each ray. Sums have their entries. The scene keeps 16 bytes a hit on the device unless "hits" are among the columns, and
- * for "normals" 36 bytes a triangle, unless it is flat and was built there. */
+ * share. With first, cull, alpha or masks hits are the first crossings, as by ballot_trace(), and outputs hold `first`
+ * records of each ray, but for sums. The scene keeps 16 bytes a hit on the device unless "hits" are among the columns,
+ * and for "normals" 36 bytes a triangle, unless it is flat and was built there. */
 BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,
                                              const BallotOutput* outputs, size_t output_count, const BallotQuery* query,
                                              BallotTimes* times);
 
-/* Without first, cull, alpha, masks and sums the same, but does not wait, so that one batch follows another without a gap.
- * Jobs run in their order. Two are on their way to the device at once; those behind them are sent together by a later
- * call, ballot_job_poll() or ballot_job_wait(). Keep scene and buffers until the job has ended. */
+/* Without first, cull, alpha, masks and sums the same, but does not wait, so that one batch follows another without a
+ * gap. Jobs run in their order. Two are on their way to the device at once; those behind them are sent together by a
+ * later call, ballot_job_poll() or ballot_job_wait(). Keep scene and buffers until the job has ended. */
 BALLOT_API BallotStatus ballot_submit_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,
                                               const BallotOutput* outputs, size_t output_count,
                                               const BallotQuery* query, BallotJob** job);

@@ -134,9 +134,9 @@ typedef struct BallotQuery {
    * there (Baerentzen and Aanaes 2005); of meshes with open edges too, if their triangles are wound alike. Without a
    * triangle within the limit a point is not inside. NULL: "parity". */
   BallotText sign BALLOT_ZERO;
-  /* For questions of ballot_trace_buffers(), ballot_query_point_buffers() and ballot_list_buffers(): a word for each, as
-   * BallotRays::mask and BallotPoints::mask, or one record for all, in an array of BALLOT_RECORD_UINT32 on the device;
-   * NULL: all bits. */
+  /* For questions of ballot_trace_buffers(), ballot_query_point_buffers() and ballot_list_buffers(): a word for each,
+   * as BallotRays::mask and BallotPoints::mask, or one record for all, in an array of BALLOT_RECORD_UINT32 on the
+   * device; NULL: all bits. */
   BallotTarget masks BALLOT_ZERO;
   /* Of points: 1: go on with a mesh that sign refuses; answers near its faults are then arbitrary. */
   BallotBool assume_closed BALLOT_ZERO;

@@ -45,8 +45,8 @@ class Memory {
 };
 
 /// Questions, as a Source of ballot/_sources.py has them: a shape; rows of rays, origins, points or their x;
-/// directions; t_min; t_max, or limits; masks; poses; y and z; weights. The arrays have float32 or float64, masks uint32, and
-/// their axes broadcast to the shape; to its product, if it has more than BALLOT_AXES.
+/// directions; t_min; t_max, or limits; masks; poses; y and z; weights. The arrays have float32 or float64, masks
+/// uint32, and their axes broadcast to the shape; to its product, if it has more than BALLOT_AXES.
 class Source {
  public:
   explicit Source(const Objects& given)

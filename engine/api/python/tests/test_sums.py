@@ -52,7 +52,8 @@ class Sums(unittest.TestCase):
         np.testing.assert_array_equal(out, counts)
 
     def test_options(self):
-        for options in ({"first": 3}, {"cull": "back"}, {"numeric": "exact", "first": 20}, {"masks": np.arange(500) % 2}):
+        odd = np.arange(500) % 2
+        for options in ({"first": 3}, {"cull": "back"}, {"numeric": "exact", "first": 20}, {"masks": odd}):
             found = self.scene.trace(self.rays, **options)["prim"]
             np.testing.assert_array_equal(
                 self.scene.sums(self.rays, self.weights, **options), summed(100, self.weights, found)
