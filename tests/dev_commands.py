@@ -34,8 +34,8 @@ class Packages(unittest.TestCase):
 class Bundle(unittest.TestCase):
     def test_it_holds_the_notices(self):
         with tempfile.TemporaryDirectory() as folder:
-            bundle.copy_notices(Path(folder), bundle.COMPILED_IN)
-            doc = Path(folder) / "share" / "doc"
+            doc = Path(folder)
+            bundle.copy_notices(doc, bundle.COMPILED_IN)
             for name in ("ballot/LICENSE", "ballot/NOTICE", "libdraco-dev/copyright", "libstb-dev/copyright"):
                 self.assertTrue((doc / name).is_file(), name)
 

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from dev import PRESETS, ROOT, Failed, build, run  # noqa: E402
 from dev import bundle as bundles, docs as reference, fuzz as fuzzing, gallery, mesa, mutations as faults  # noqa: E402
-from dev import packages  # noqa: E402
+from dev import packages, wheel as wheels  # noqa: E402
 
 SETUP = """
 First it sets up the machine and builds: it lists missing packages of Debian 12 with their reasons and installs them
@@ -100,6 +100,12 @@ def bundle(options: argparse.Namespace, rest: list[str]) -> int:
     return 0
 
 
+def wheel(options: argparse.Namespace, rest: list[str]) -> int:
+    packages.ensure(not options.no_install, *([] if options.source else ["build"]), "wheel")
+    wheels.make(rest, options.jobs, options.source)
+    return 0
+
+
 def fuzz(options: argparse.Namespace, rest: list[str]) -> int:
     packages.ensure(not options.no_install, "build", "fuzz")
     return fuzzing.fuzz(rest, options.minutes, options.jobs)
@@ -153,6 +159,11 @@ once, for Sphinx, MyST and Breathe in build/reference/venv.
 DIR (out/ballot) gets bin/ballot, the libraries that it needs except glibc and the Vulkan loader, and two scenes; the
 shaders are inside the program. It runs from any folder on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
 """),
+    "wheel": (wheel, "[PYTHON ...]", "make wheels that hold what they need, and the source package", SETUP + """
+build/wheel/dist gets the source package and a wheel for each PYTHON, or for those of python3.10, python3.11 and one
+newer that are in PATH: that of 3.12 serves all later ones. A wheel runs on x86-64 Linux with glibc 2.35 or newer, the
+C++ run time of GCC 12 or newer, a Vulkan loader and a driver. Needs PyPI, and the source of Embree from Debian once.
+"""),
     "fuzz": (fuzz, "[TARGET ...]", "read mutated files under sanitizers, with libFuzzer", SETUP + """
 Runs each target of tests/fuzz, or those named, as many at once as there are cores. What a target learns is kept in
 build/fuzz/corpus, inputs that fail in build/fuzz/findings.
@@ -164,7 +175,7 @@ OPTIONS = (  # (commands, name, settings)
     ((*COMMANDS,), "--no-install", {"action": "store_true", "help": "list missing packages and stop"}),
     (("render", "test", "build", "mutations", "docs", "bundle"), "--preset",
      {"choices": PRESETS, "default": "release", "help": "the preset to build in build/PRESET [release]"}),
-    (("render", "test", "build", "mutations", "docs", "bundle", "fuzz"), "--jobs",
+    (("render", "test", "build", "mutations", "docs", "bundle", "wheel", "fuzz"), "--jobs",
      {"type": int, "metavar": "N", "help": "compilers to run at once [as many as cores and memory allow]"}),
     (("test",), "--all", {"action": "store_true", "help": "also run tests with the label `extended`"}),
     (("test",), "--asan", {"action": "store_true", "help": "the same as --preset asan"}),
@@ -174,6 +185,7 @@ OPTIONS = (  # (commands, name, settings)
     (("lint",), "--all", {"action": "store_true", "help": "check every file"}),
     (("lint",), "--files", {"type": int, "default": 40, "metavar": "N", "help": "check N files at most [40]"}),
     (("bundle",), "--archive", {"action": "store_true", "help": "also write DIR.tar.gz"}),
+    (("wheel",), "--source", {"action": "store_true", "help": "make the source package alone"}),
     (("fuzz",), "--minutes", {"type": float, "default": 1, "metavar": "N", "help": "time for each target [1]"}),
 )
 PASSING = ("render", "test")  # commands that pass on what they do not know

@@ -20,10 +20,8 @@ VulkanLoader open_loader() {
   const char* given = std::getenv("BALLOT_VULKAN_LOADER");
   void* library = dlopen(given ? given : "libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
   if (!library)
-    fail(Failure::Device,
-         "no Vulkan loader: {} was not found; install it with a driver, on Debian: "
-         "apt install libvulkan1 mesa-vulkan-drivers",
-         given ? given : "libvulkan.so.1");
+    fail(Failure::Device, "no Vulkan loader: {} was not found; install it with a driver, {}",
+         given ? given : "libvulkan.so.1", kDriverInstall);
   VulkanLoader loader;
   loader.GetInstanceProcAddr = reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(library, "vkGetInstanceProcAddr"));
   if (!loader.GetInstanceProcAddr)

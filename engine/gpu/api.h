@@ -52,6 +52,12 @@
 
 namespace ballot {
 
+/// What installs a driver and its loader, for the end of an error's text.
+inline constexpr const char* kDriverInstall =
+    "such as lavapipe, which runs on any CPU: Debian, Ubuntu: apt install mesa-vulkan-drivers libvulkan1; Fedora: dnf "
+    "install mesa-vulkan-drivers vulkan-loader; Arch: pacman -S vulkan-swrast vulkan-icd-loader; Python: pip install "
+    "\"ballot[cpu]\"; in a container: inside of it, or NVIDIA's by --gpus all -e NVIDIA_DRIVER_CAPABILITIES=all";
+
 #define BALLOT_VK_MEMBER(f) PFN_vk##f f = nullptr;
 
 /// The functions of the Vulkan loader itself.

@@ -136,9 +136,8 @@ VkInstance make_instance(Vulkan& vk, bool validate, std::vector<std::string>* me
   end_before_the_driver();
   VkInstance instance = VK_NULL_HANDLE;
   const VkResult result = vulkan_loader().CreateInstance(&create, nullptr, &instance);
-  if (result != VK_SUCCESS)
-    fail(Failure::Device, "no Vulkan instance: {}; is a driver installed? On Debian: apt install mesa-vulkan-drivers",
-         result_name(result));
+  if (result == VK_ERROR_INCOMPATIBLE_DRIVER) fail_without_driver();
+  if (result != VK_SUCCESS) fail(Failure::Device, "no Vulkan instance: {}", result_name(result));
   vk.load_instance(instance, vulkan_loader().GetInstanceProcAddr, validate, window != nullptr);
   return instance;
 }

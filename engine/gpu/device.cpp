@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -298,11 +299,16 @@ std::vector<const char*> optional_extensions(const Vulkan& vk, VkPhysicalDevice 
   return names;
 }
 
+void fail_without_driver() {
+  const char* name = "VK_DRIVER_FILES";
+  const char* files = std::getenv(name);
+  if (!files) files = std::getenv(name = "VK_ICD_FILENAMES");
+  fail(Failure::Device, "no Vulkan device: the loader found no driver{}; install one, {}",
+       files ? fmt::format(", as {} is {}", name, files) : "", kDriverInstall);
+}
+
 std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_view wanted) {
-  if (devices.empty())
-    fail(Failure::Device,
-         "no Vulkan device: the loader found no driver; install one, on Debian: apt install mesa-vulkan-drivers "
-         "(lavapipe runs on any CPU), or point VK_DRIVER_FILES to a driver's .json");
+  if (devices.empty()) fail_without_driver();
   bool named = false;
   std::size_t best = devices.size();
   for (std::size_t i = 0; i < devices.size(); ++i) {
@@ -316,7 +322,8 @@ std::size_t choose_device(const std::vector<DeviceInfo>& devices, std::string_vi
          "device: no device is called '{}'; give an index, part of a name, 'gpu' or 'cpu'; there are:{}", wanted,
          list_of(devices));
   if (best == devices.size())
-    fail(Failure::Device, "no usable Vulkan device; every candidate was refused:{}", list_of(devices));
+    fail(Failure::Device, "no usable Vulkan device; every candidate was refused:{}; install a newer driver, {}",
+         list_of(devices), kDriverInstall);
   return best;
 }
 

@@ -48,6 +48,9 @@ std::vector<std::string> lacks_of(const DeviceInfo& device);
 /// among them.
 void take_what_is_off(const std::vector<std::string>& enabled, DeviceInfo& device);
 
+/// Throws Error(Device): the loader found no driver, which files the environment names, and what installs one.
+[[noreturn]] void fail_without_driver();
+
 /// Returns the first queue family with compute, or -1 if there is none.
 int compute_family(const Vulkan& vk, VkPhysicalDevice device);
 

@@ -89,12 +89,17 @@ TEST_F(Devices, WithoutADriverEveryCommandNamesTheRemedy) {
                             {"info", "square.glb"},
                             {"render", "square.glb", "--size", "4x4", "--view", "front", "--out", "p.exr"},
                             {"trace", "square.glb", "--rays", "rays.npy", "--out", "hits.npy"}};
-  for (const Words& command : commands) refuse(3, {"Vulkan", "apt install mesa-vulkan-drivers"}, command, none);
+  for (const Words& command : commands)
+    refuse(3,
+           {"no Vulkan device: the loader found no driver, as VK_DRIVER_FILES is /nonexistent/driver.json",
+            "apt install mesa-vulkan-drivers", "dnf install mesa-vulkan-drivers", "pacman -S vulkan-swrast",
+            "pip install \"ballot[cpu]\"", "in a container"},
+           command, none);
 }
 
 TEST_F(Devices, WithoutALoaderTheTextNamesIt) {
   const Environment none{{"BALLOT_VULKAN_LOADER", "libvulkan-absent.so"}};
-  refuse(3, {"no Vulkan loader: libvulkan-absent.so was not found", "apt install libvulkan1 mesa-vulkan-drivers"},
+  refuse(3, {"no Vulkan loader: libvulkan-absent.so was not found", "apt install mesa-vulkan-drivers libvulkan1"},
          {"info"}, none);
 }
 

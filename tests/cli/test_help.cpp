@@ -14,14 +14,15 @@ class Help : public Cli {};
 
 TEST_F(Help, NamesCommandsExamplesAndExitCodes) {
   const Result help = succeed({"--help"});
-  expect_parts(help.out, {"info", "render", "trace", "view", "bench", "verify", "methods", "shaders", "Examples:",
-                          "0 done", "1 the work failed", "2 the arguments are wrong", "3 no usable device"});
+  expect_parts(help.out,
+               {"info", "render", "trace", "view", "bench", "verify", "methods", "shaders", "selftest",
+                "Examples:", "0 done", "1 the work failed", "2 the arguments are wrong", "3 no usable device"});
   EXPECT_EQ(help.err, "");
 }
 
 TEST_F(Help, FitsAScreenAndHidesNoName) {
   for (const char* command : {"", "info", "render", "merge", "trace", "distance", "inside", "check", "view", "bench",
-                              "verify", "methods", "shaders"}) {
+                              "verify", "methods", "shaders", "selftest"}) {
     SCOPED_TRACE(command);
     const Words words = *command ? Words{command} : Words{};
     Words short_words = words, long_words = words;

@@ -23,6 +23,21 @@ TEST_F(Info, ListsDevices) {
   EXPECT_FALSE(json("info.json").contains("scenes"));
 }
 
+TEST_F(Info, TheSelfTestFindsKnownAnswersAndDraws) {
+  const Result test = succeed({"selftest", "--json", "test.json"});
+  expect_parts(test.out, {"ballot    ", ", commit ", "caches    ", "* ", "is used", "10000 rays, 0 wrong",
+                          "1000 closest points, 0 wrong", "the first call took", "@@"});
+  EXPECT_EQ(json("test.json")["wrong_hits"], 0);
+  EXPECT_GE(json("test.json")["devices"].size(), 1u);
+  succeed({"selftest", "--png", "ball.png"});
+  EXPECT_GT(std::filesystem::file_size(path("ball.png")), 1000u);
+  const Environment read_only{{"XDG_CACHE_HOME", "/proc/ballot"}};
+  expect_parts(succeed({"selftest"}, read_only).out, {"/proc/ballot", "it cannot be written", "0 wrong"});
+  refuse(3, {"no Vulkan device", "apt install mesa-vulkan-drivers"}, {"selftest"},
+         {{"VK_DRIVER_FILES", "/nonexistent/driver.json"}, {"VK_ICD_FILENAMES", "/nonexistent/driver.json"}});
+  refuse(2, {"no device is called 'Voodoo'"}, {"selftest", "--device", "Voodoo"});
+}
+
 TEST_F(Info, ASceneWithEveryVariant) {
   square();
   const Result info = succeed({"info", "square.glb", "--validate", "--json", "info.json"});

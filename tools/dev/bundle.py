@@ -7,6 +7,7 @@ import tarfile
 from pathlib import Path
 
 from dev import ROOT, Failed, run, scene_file
+from dev.packages import owners_of
 
 # Libraries that are not bundled: glibc's parts must match the system's loader, and the Vulkan loader its drivers.
 SYSTEM = re.compile(
@@ -49,14 +50,15 @@ def libraries_of(file: Path) -> dict[str, Path]:
 
 
 def copy_notices(folder: Path, packages) -> None:
-    """Copies Ballot's licence and notice, and the copyright files of Debian packages as far as they are there."""
+    """Copies Ballot's licence and notice, and the copyright files of Debian packages as far as they are there, each to
+    a folder of its package's name."""
     doc = Path("/usr/share/doc")
     files = {"ballot": [ROOT / "LICENSE", ROOT / "engine" / "api" / "python" / "NOTICE"],
              **{package: list((doc / package).glob("copyright")) for package in packages}}
     for name, sources in files.items():
         for source in sources:
-            (folder / "share" / "doc" / name).mkdir(parents=True, exist_ok=True)
-            shutil.copy(source, folder / "share" / "doc" / name)
+            (folder / name).mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, folder / name)
 
 
 def fill(folder: Path, build: Path) -> None:
@@ -73,10 +75,7 @@ def fill(folder: Path, build: Path) -> None:
         for name, path in libraries_of(file).items():
             if not RUN_TIME.fullmatch(name) and path.resolve().parent != lib.resolve():
                 raise Failed(f"{file.name} loads {name} from {path}, expected it from {lib}")
-    # dpkg knows only one of the names of a library in a merged /usr
-    names = [name for path in map(Path.resolve, linked.values()) for name in (path, str(path).removeprefix("/usr"))]
-    owners = run("sh", "-c", 'dpkg-query -S "$@" 2> /dev/null || true', "sh", *names, capture_output=True).stdout
-    copy_notices(folder, {*COMPILED_IN, *(line.split(":")[0] for line in owners.splitlines())})
+    copy_notices(folder / "share" / "doc", {*COMPILED_IN, *owners_of(linked.values())})
     scenes = folder / "share" / "ballot" / "scenes"
     scenes.mkdir()
     for scene in (scene_file("cornell"), scene_file("atrium")):

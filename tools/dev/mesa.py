@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 
 from dev import ROOT, Failed, run
-from dev.packages import system
+from dev.packages import private_apt, system
 
 FOLDER = ROOT / "build" / "backports"
 ICD = FOLDER / "lvp_icd.json"
@@ -25,13 +25,7 @@ def system_icd() -> Path:
 def unpack() -> None:
     """Unpacks the driver with what the system lacks of its dependencies, or has in too old a version. apt-get works
     with lists and caches of its own."""
-    for name in ("lists/partial", "cache/archives/partial"):
-        (FOLDER / name).mkdir(parents=True)
-    (FOLDER / "sources.list").write_text(SOURCES, encoding="ascii")
-    apt = ["apt-get", "-q", "-oAPT::Sandbox::User=", "-oDebug::NoLocking=1", "-oAcquire::Retries=2",
-           "-oAcquire::http::Timeout=30", f"-oDir::State::Lists={FOLDER}/lists", f"-oDir::Cache={FOLDER}/cache",
-           f"-oDir::Etc::SourceList={FOLDER}/sources.list", "-oDir::Etc::SourceParts=/dev/null"]
-    run(*apt, "update", "--error-on=any", capture_output=True)
+    apt = private_apt(FOLDER, SOURCES)
     run(*apt, "install", "-y", "--reinstall", "--download-only", "--no-install-recommends", "-tbookworm-backports",
         "mesa-vulkan-drivers", capture_output=True)
     for package in (FOLDER / "cache" / "archives").glob("*.deb"):

@@ -35,6 +35,26 @@ def missing_of(packages: dict[str, str]) -> dict[str, str]:
     return {name: reason for name, reason in packages.items() if f"installed {name}" not in states}
 
 
+def private_apt(folder: Path, sources: str) -> list[str]:
+    """Returns the words of an apt-get whose sources, lists and downloads are its own, in `folder`, after an update."""
+    for name in ("lists/partial", "cache/archives/partial"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    (folder / "sources.list").write_text(sources, encoding="ascii")
+    apt = ["apt-get", "-q", "-oAPT::Sandbox::User=", "-oDebug::NoLocking=1", "-oAcquire::Retries=2",
+           "-oAcquire::http::Timeout=30", f"-oDir::State::Lists={folder}/lists", f"-oDir::Cache={folder}/cache",
+           f"-oDir::Etc::SourceList={folder}/sources.list", "-oDir::Etc::SourceParts=/dev/null"]
+    run(*apt, "update", "--error-on=any", capture_output=True)
+    return apt
+
+
+def owners_of(files) -> set[str]:
+    """Returns the packages that own these files, as far as dpkg knows them."""
+    # dpkg knows only one of the names of a library in a merged /usr
+    names = [name for path in map(Path.resolve, files) for name in (path, str(path).removeprefix("/usr"))]
+    text = run("sh", "-c", 'dpkg-query -S "$@" 2> /dev/null || true', "sh", *names, capture_output=True).stdout
+    return {line.split(":")[0] for line in text.splitlines()}
+
+
 def ensure(install: bool, *users: str) -> None:
     """Installs the missing packages of these users. Throws Failed if that is not allowed or does not work."""
     packages = needed(*users)

@@ -111,6 +111,7 @@ void add_check(CLI::App& app, int& result);
 void add_view(CLI::App& app, int& result);
 void add_bench(CLI::App& app, int& result);
 void add_verify(CLI::App& app, int& result);
+void add_selftest(CLI::App& app, int& result);
 void add_methods(CLI::App& app, int& result);
 void add_shaders(CLI::App& app, int& result);
 

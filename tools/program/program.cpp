@@ -1,5 +1,5 @@
 // The command line: ballot info | render | merge | trace | distance | inside | check | view | bench | verify |
-// methods | shaders.
+// methods | shaders | selftest.
 #include "tools/program/program.h"
 
 #include <csignal>
@@ -16,9 +16,9 @@ namespace ballot::cli {
 namespace {
 
 /// The commands, in the order of the help.
-constexpr void (*kCommands[])(CLI::App& app, int& result) = {add_info,     add_render, add_merge,   add_trace,
-                                                             add_distance, add_inside, add_check,   add_view,
-                                                             add_bench,    add_verify, add_methods, add_shaders};
+constexpr void (*kCommands[])(CLI::App& app, int& result) = {
+    add_info, add_render, add_merge,  add_trace,   add_distance, add_inside,  add_check,
+    add_view, add_bench,  add_verify, add_methods, add_shaders,  add_selftest};
 
 std::string commands_of(const CLI::App& app) {
   std::string names;

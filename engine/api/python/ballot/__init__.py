@@ -16,6 +16,7 @@ Kernels   Kernel is GLSL of yours that asks a scene, as often as it likes, for e
 Pictures  render returns a Picture, an array that to_png() writes and notebooks show.
 Rays      Camera, lidar, hemisphere: tables of rays, which trace(table, poses=T) moves; grid: points of three axes.
 Speed     bench measures methods.
+Trouble   `python -m ballot` prints devices, versions and caches, and tests itself: the start of every bug report.
 
 Names     names() lists methods, numeric modes, builders, ray kinds and shadings.
 
@@ -52,10 +53,13 @@ _refuse_subinterpreter()
 
 try:
     from . import _ballot
-except ImportError as error:  # a library of the system is not there
+except ImportError as error:
+    if "cannot open shared object file" not in str(error):
+        raise
     raise ImportError(
-        f"{error}. On Debian 12: apt install libembree3-3 libfmt9 libmeshoptimizer2d libopenexr-3-1-30 libpng16-16 "
-        "libspirv-cross-c-shared0 libstb0 libtinygltf2d libvulkan1 libwebp7"
+        f"{error}. This package was built here and takes libraries of the system. On Debian 12: apt install "
+        "libembree3-3 libfmt9 libmeshoptimizer2d libopenexr-3-1-30 libpng16-16 libspirv-cross-c-shared0 libstb0 "
+        "libtinygltf2d libwebp7; a wheel of `tools/dev.py wheel` holds them"
     ) from error
 
 from . import trimesh_ray

@@ -6,7 +6,7 @@ import os
 import threading
 from collections.abc import Callable
 
-from . import _ballot, _query
+from . import _ballot, _cpu_driver, _query
 from ._closable import Closable
 from ._door import DeviceInfo
 from ._errors import Error
@@ -17,6 +17,7 @@ def devices() -> list[DeviceInfo]:
 
     Raises Error (Code.DEVICE) if there is no Vulkan driver; the text names the line that installs one.
     """
+    _cpu_driver.provide()
     return [DeviceInfo(*device) for device in _ballot.devices()]
 
 
@@ -38,6 +39,7 @@ class Device(Closable):
     """
 
     def __init__(self, name: str = "", validate: bool = False):
+        _cpu_driver.provide()
         self._handle = _ballot.Device(_query.text(name, "name"), bool(validate))
         self._key = (name, bool(validate))
 
@@ -71,6 +73,7 @@ _opened: dict[tuple[str, bool], Device] = {}  # by unpickling
 def _after_fork() -> None:
     global _lock, _default
     _ballot.after_fork()
+    _cpu_driver.after_fork()
     _lock = threading.Lock()  # another thread of the parent may have held it
     _default = None  # the parent's, which this process cannot use
     _opened.clear()

@@ -1,5 +1,10 @@
 // The extension ballot._ballot: devices and errors. The package around it checks and shapes arguments; see
 // ballot/__init__.py.
+#include <dlfcn.h>
+
+#include <cstdio>
+#include <stdexcept>
+
 #include "door.h"
 
 namespace ballot::python {
@@ -46,6 +51,25 @@ nb::object view(const From& array) {
   return nb::cast(To(array.data(), array.ndim(), shape.data(), owner, array.stride_ptr(), array.dtype()));
 }
 
+/// Returns the file of the library that this process has loaded.
+std::string library() {
+  Dl_info info{};
+  return dladdr(reinterpret_cast<void*>(&ballot_version), &info) && info.dli_fname ? info.dli_fname : "";
+}
+
+/// Throws an exception that becomes ImportError if the library of this process is not one that the extension can use:
+/// a process that has loaded a libballot.so.1 takes no second one.
+void refuse_other_library() {
+  int major = 0, minor = 0;
+  if (std::sscanf(ballot_version(), "%d.%d", &major, &minor) == 2 && major == BALLOT_VERSION_MAJOR &&
+      minor >= BALLOT_VERSION_MINOR)
+    return;
+  throw std::runtime_error("two versions of Ballot in one process: the package is of version " +
+                           std::to_string(BALLOT_VERSION_MAJOR) + "." + std::to_string(BALLOT_VERSION_MINOR) +
+                           ", but " + library() + " is loaded already, of version " + ballot_version() +
+                           "; import ballot before what loads that, or update it");
+}
+
 }  // namespace
 
 void bind_errors(nb::module_&) {
@@ -89,12 +113,14 @@ void bind_devices(nb::module_& m) {
 
 NB_MODULE(_ballot, m) {
   using namespace ballot::python;
+  refuse_other_library();
   nb::set_leak_warnings(false);  // objects that live as long as the interpreter are no leak
   m.def("version", [] { return ballot::version(); });
   m.def("names", &names_of_all,
         "Returns the names that arguments take, a dict of lists: methods, numeric, builders, ray_kinds and shadings.");
   m.def("end", &end);
   m.def("after_fork", &after_fork);
+  m.def("library", &library);
   m.def("commit", [] { return std::string(ballot_commit()); });
   m.def("view", &view<nb::ndarray<nb::ro, nb::device::cpu>, nb::ndarray<nb::numpy, nb::ro>>,
         nb::arg("array").noconvert(), nb::sig("def view(array: object) -> numpy.typing.NDArray[typing.Any]"));
