@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from dev import PRESETS, ROOT, Failed, build, run  # noqa: E402
 from dev import bundle as bundles, docs as reference, fuzz as fuzzing, gallery, mesa, mutations as faults  # noqa: E402
-from dev import packages, wheel as wheels  # noqa: E402
+from dev import lavapipe, packages, wheel as wheels  # noqa: E402
 
 SETUP = """
 First it sets up the machine and builds: it lists missing packages of Debian 12 with their reasons and installs them
@@ -103,6 +103,8 @@ def bundle(options: argparse.Namespace, rest: list[str]) -> int:
 def wheel(options: argparse.Namespace, rest: list[str]) -> int:
     packages.ensure(not options.no_install, *([] if options.source else ["build"]), "wheel")
     wheels.make(rest, options.jobs, options.source)
+    if options.lavapipe:
+        lavapipe.make()
     return 0
 
 
@@ -162,7 +164,8 @@ shaders are inside the program. It runs from any folder on x86-64 Linux with gli
     "wheel": (wheel, "[PYTHON ...]", "make wheels that hold what they need, and the source package", SETUP + """
 build/wheel/dist gets the source package and a wheel for each PYTHON, or for those of python3.10, python3.11 and one
 newer that are in PATH: that of 3.12 serves all later ones. A wheel runs on x86-64 Linux with glibc 2.35 or newer, the
-C++ run time of GCC 12 or newer, a Vulkan loader and a driver. Needs PyPI, and the source of Embree from Debian once.
+C++ run time of GCC 12 or newer, a Vulkan loader and a driver, such as those of the wheel ballot-lavapipe (Mesa of
+bookworm-backports), which serves where there is no other. Needs PyPI, and the source of Embree from Debian once.
 """),
     "fuzz": (fuzz, "[TARGET ...]", "read mutated files under sanitizers, with libFuzzer", SETUP + """
 Runs each target of tests/fuzz, or those named, as many at once as there are cores. What a target learns is kept in
@@ -186,6 +189,7 @@ OPTIONS = (  # (commands, name, settings)
     (("lint",), "--files", {"type": int, "default": 40, "metavar": "N", "help": "check N files at most [40]"}),
     (("bundle",), "--archive", {"action": "store_true", "help": "also write DIR.tar.gz"}),
     (("wheel",), "--source", {"action": "store_true", "help": "make the source package alone"}),
+    (("wheel",), "--lavapipe", {"action": "store_true", "help": "also make ballot-lavapipe, for ballot[cpu]"}),
     (("fuzz",), "--minutes", {"type": float, "default": 1, "metavar": "N", "help": "time for each target [1]"}),
 )
 PASSING = ("render", "test")  # commands that pass on what they do not know

