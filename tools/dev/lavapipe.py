@@ -16,7 +16,7 @@ from dev.wheel import FOLDER, newest_glibc, tools
 
 LIBZ = re.compile(r"libz\.so.*")
 LOADER = "libvulkan.so.1"
-MODULE = '''"""lavapipe, Mesa's Vulkan driver for CPUs, and the Vulkan loader, for Ballot where there is no other driver."""
+MODULE = '''"""lavapipe, Mesa's Vulkan driver for CPUs, and the Vulkan loader, for Ballot where there is no other."""
 
 import os
 
