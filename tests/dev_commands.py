@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 from pathlib import Path
 from unittest import mock
 
@@ -12,7 +13,7 @@ sys.dont_write_bytecode = True
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tools"))
 
-from dev import Failed, bundle, gallery, mutations, packages, run  # noqa: E402
+from dev import Failed, bundle, gallery, mutations, packages, run, wheel  # noqa: E402
 from dev.reference import comments  # noqa: E402
 
 
@@ -38,6 +39,31 @@ class Bundle(unittest.TestCase):
             bundle.copy_notices(doc, bundle.COMPILED_IN)
             for name in ("ballot/LICENSE", "ballot/NOTICE", "libdraco-dev/copyright", "libstb-dev/copyright"):
                 self.assertTrue((doc / name).is_file(), name)
+
+
+class Wheels(unittest.TestCase):
+    def wheel(self, folder: str, **files: bytes) -> Path:
+        file = Path(folder) / f"ballot-1.0.0-cp312-abi3-{wheel.PLATFORM}.whl"
+        with zipfile.ZipFile(file, "w") as made:
+            for name in ("LICENSE", "NOTICE", "LICENSE.nanobind", "libembree-dev/copyright"):
+                made.writestr(f"ballot-1.0.0.dist-info/licenses/{name}", "text")
+            for name, data in files.items():
+                made.writestr(f"ballot/{name}.so", data)
+        return file
+
+    def test_what_may_not_be_in_one_is_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            wheel.check(self.wheel(folder, good=b"GLIBC_2.34\0"))
+            for data, said in ((b"GLIBC_2.99\0", "needs GLIBC_2.99"), (bytes(ROOT) + b"/shaders", "names a folder")):
+                with self.assertRaisesRegex(Failed, said):
+                    wheel.check(self.wheel(folder, bad=data))
+            with mock.patch.object(wheel, "MOST_BYTES", 100), self.assertRaisesRegex(Failed, "at most 100"):
+                wheel.check(self.wheel(folder))
+
+    def test_the_source_package_has_its_own_project_file(self):
+        text = (wheel.PACKAGE / "pyproject.toml").read_text(encoding="utf-8")
+        for line in wheel.MOVED:
+            self.assertEqual(text.count(line), 1, line)
 
 
 class Gallery(unittest.TestCase):

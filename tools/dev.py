@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from dev import PRESETS, ROOT, Failed, build, run  # noqa: E402
 from dev import bundle as bundles, docs as reference, fuzz as fuzzing, gallery, mesa, mutations as faults  # noqa: E402
-from dev import lavapipe, packages, wheel as wheels  # noqa: E402
+from dev import dist as chroots, lavapipe, packages, wheel as wheels  # noqa: E402
 
 SETUP = """
 First it sets up the machine and builds: it lists missing packages of Debian 12 with their reasons and installs them
@@ -108,6 +108,15 @@ def wheel(options: argparse.Namespace, rest: list[str]) -> int:
     return 0
 
 
+def dist(options: argparse.Namespace, rest: list[str]) -> int:
+    packages.ensure(not options.no_install, "build", "wheel", "dist")
+    if not options.made:
+        wheels.make([], options.jobs, False)
+        lavapipe.make()
+    chroots.test(rest)
+    return 0
+
+
 def fuzz(options: argparse.Namespace, rest: list[str]) -> int:
     packages.ensure(not options.no_install, "build", "fuzz")
     return fuzzing.fuzz(rest, options.minutes, options.jobs)
@@ -167,6 +176,11 @@ newer that are in PATH: that of 3.12 serves all later ones. A wheel runs on x86-
 C++ run time of GCC 12 or newer, a Vulkan loader and a driver, such as those of the wheel ballot-lavapipe (Mesa of
 bookworm-backports), which serves where there is no other. Needs PyPI, and the source of Embree from Debian once.
 """),
+    "dist": (dist, "[RELEASE ...]", "make the packages of Python, and test them in chroots of Debian", SETUP + """
+Makes what `wheel --lavapipe` makes, and installs and tests it in chroots of each RELEASE (bookworm, trixie, sid):
+without a driver, with that of the release, and the source package. Needs root, Debian's mirror and PyPI. Chroots are
+kept in build/dist; delete the folder to make them anew.
+"""),
     "fuzz": (fuzz, "[TARGET ...]", "read mutated files under sanitizers, with libFuzzer", SETUP + """
 Runs each target of tests/fuzz, or those named, as many at once as there are cores. What a target learns is kept in
 build/fuzz/corpus, inputs that fail in build/fuzz/findings.
@@ -178,7 +192,7 @@ OPTIONS = (  # (commands, name, settings)
     ((*COMMANDS,), "--no-install", {"action": "store_true", "help": "list missing packages and stop"}),
     (("render", "test", "build", "mutations", "docs", "bundle"), "--preset",
      {"choices": PRESETS, "default": "release", "help": "the preset to build in build/PRESET [release]"}),
-    (("render", "test", "build", "mutations", "docs", "bundle", "wheel", "fuzz"), "--jobs",
+    (("render", "test", "build", "mutations", "docs", "bundle", "wheel", "dist", "fuzz"), "--jobs",
      {"type": int, "metavar": "N", "help": "compilers to run at once [as many as cores and memory allow]"}),
     (("test",), "--all", {"action": "store_true", "help": "also run tests with the label `extended`"}),
     (("test",), "--asan", {"action": "store_true", "help": "the same as --preset asan"}),
@@ -188,6 +202,7 @@ OPTIONS = (  # (commands, name, settings)
     (("lint",), "--all", {"action": "store_true", "help": "check every file"}),
     (("lint",), "--files", {"type": int, "default": 40, "metavar": "N", "help": "check N files at most [40]"}),
     (("bundle",), "--archive", {"action": "store_true", "help": "also write DIR.tar.gz"}),
+    (("dist",), "--made", {"action": "store_true", "help": "test what lies in build/wheel/dist"}),
     (("wheel",), "--source", {"action": "store_true", "help": "make the source package alone"}),
     (("wheel",), "--lavapipe", {"action": "store_true", "help": "also make ballot-lavapipe, for ballot[cpu]"}),
     (("fuzz",), "--minutes", {"type": float, "default": 1, "metavar": "N", "help": "time for each target [1]"}),

