@@ -29,7 +29,10 @@ class DeviceMeshes(unittest.TestCase):
             for name, found in one.items():
                 np.testing.assert_array_equal(found, other[name], name)
         np.testing.assert_array_equal(a.occluded(rays), b.occluded(rays))
-        np.testing.assert_array_equal(a.count_crossings(rays), b.count_crossings(rays))
+        for numeric in ("watertight", "exact"):
+            np.testing.assert_array_equal(a.trace(rays, numeric=numeric), b.trace(rays, numeric=numeric))
+            for one, other in zip(a.crossings(rays, numeric=numeric), b.crossings(rays, numeric=numeric)):
+                np.testing.assert_array_equal(one, other)
         np.testing.assert_array_equal(a.triangles(), b.triangles())
         self.assertEqual([tuple(m) for m in a.meshes], [tuple(m) for m in b.meshes])
 
@@ -50,6 +53,18 @@ class DeviceMeshes(unittest.TestCase):
         points = ref.random_rays(500)[:, 3:]
         inside = cube_there.nearest(points, ("inside",))["inside"]
         np.testing.assert_array_equal(inside, ballot.Scene(*cube).nearest(points, ("inside",))["inside"])
+
+    def test_pictures(self):
+        """What shades reads the triangles and normals of arrays on the device."""
+        v, t = ref.soup(60)
+        n = v / np.linalg.norm(v, axis=1, keepdims=True)
+        on_v, on_t = there(v, t)
+        for normals, given in ((None, None), (n, n), (n, array("vertices", n))):
+            here = ballot.Scene(v, t, normals=normals, builder="device")
+            on = ballot.Scene(on_v, on_t, normals=given, builder="device")
+            for shading in ("normals", "ao"):
+                options = {"width": 32, "height": 24, "shading": shading}
+                np.testing.assert_array_equal(ballot.render(on, **options), ballot.render(here, **options))
 
     def test_edits(self):
         v, t = ref.soup(300)
