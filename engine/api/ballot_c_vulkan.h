@@ -37,11 +37,11 @@ typedef struct BallotVulkan {
    * are not used. NULL: what is required, alone. */
   BallotText enabled BALLOT_ZERO;
   void* get_instance_proc_addr BALLOT_ZERO; /* PFN_vkGetInstanceProcAddr; NULL: that of libvulkan.so.1 */
-  /* Hold and release the queue, if other threads of the program use it during calls. They must not call Ballot. NULL:
-   * none does. */
+  /* Holds the queue, and unlock releases it, if other threads of the program use it during calls. Both must not call
+   * Ballot. NULL: none does. */
   void (*lock)(void* user) BALLOT_ZERO;
-  void (*unlock)(void* user) BALLOT_ZERO;
-  void* user BALLOT_ZERO; /* given to both */
+  void (*unlock)(void* user) BALLOT_ZERO; /* goes with lock */
+  void* user BALLOT_ZERO;                 /* given to both */
 } BallotVulkan;
 
 /* Which calls a shader makes. */

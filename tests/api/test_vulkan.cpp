@@ -275,6 +275,20 @@ TEST_F(ApiVulkan, AllElseRunsOnTheProgramsDeviceBesideItsOwnWork) {
   EXPECT_EQ(*static_cast<const std::uint32_t*>(buffer.mapped), 17u);
 }
 
+TEST_F(ApiVulkan, HandlesCloseInAnyOrderBeforeTheProgramsDevice) {
+  Watched w;
+  {
+    std::optional<ballot::Device> device(w.vulkan());
+    const ballot::Scene scene(*device, {grid_.mesh()});
+    device.reset();
+    const std::vector<ballot::Ray> rays = rays_down(10);
+    std::vector<ballot::Hit> hits(rays.size());
+    scene.trace(rays, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(hits[i].prim != ballot::kMiss, inside(rays[i])) << i;
+  }
+  w.close();  // vkDestroyDevice() finds nothing of Ballot's
+}
+
 TEST_F(ApiVulkan, NeedsAreListed) {
   const auto needs = ballot::vulkan_needs();
   ASSERT_GT(needs.size(), 5u);
