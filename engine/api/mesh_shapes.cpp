@@ -17,9 +17,10 @@ const ShapeInfo& shapes_of(const BallotMesh& m, const std::string& where) {
   if (info.kind == ShapeKind::Triangles) return info;
   as_wanted(info.normals, m.normals != nullptr, "normals");
   if (m.vertex_buffer || m.index_buffer)
-    refuse(fmt::format("{}: its {} lie in an array on the device; expected the host's memory: meshes of triangles alone "
-                       "are read there",
-                       where, info.name));
+    refuse(
+        fmt::format("{}: its {} lie in an array on the device; expected the host's memory: meshes of triangles alone "
+                    "are read there",
+                    where, info.name));
   return info;
 }
 

@@ -6,8 +6,8 @@
 
 namespace ballot::api {
 
-/// Returns the row of what a mesh is made of. Throws Refused, which begins with `where`, unless it has radii and normals
-/// as its shapes do, and lies in the host's memory.
+/// Returns the row of what a mesh is made of. Throws Refused, which begins with `where`, unless it has radii and
+/// normals as its shapes do, and shapes other than triangles lie in the host's memory.
 const ShapeInfo& shapes_of(const BallotMesh& m, const std::string& where);
 
 /// Returns the radius of each vertex of a mesh; none if it has none. Throws Refused for a wrong stride.

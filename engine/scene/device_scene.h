@@ -3,8 +3,6 @@
 //   ballot::DeviceScene world(ballot::load_scene("scenes/cornell.gltf"));
 //   std::vector<ballot::Hit> hits(rays.size());
 //   world.trace(rays, hits, {.method = "packet"});
-//   ballot::Image image = world.render(world.scene().views[0], {.width = 512, .height = 512});
-//   ballot::write_exr("cornell.exr", image);
 #pragma once
 
 #include <filesystem>

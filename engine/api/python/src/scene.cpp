@@ -49,8 +49,7 @@ struct MeshArrays {
     if (!given[4].is_none()) kind = std::make_shared<std::string>(nb::cast<std::string>(given[4])), mesh.shapes = *kind;
     if (!given[5].is_none()) {
       radii = nb::cast<Radii>(given[5], false);
-      if (radii.size() != mesh.vertex_count)
-        throw Error(BALLOT_ERROR_ARGUMENT, "radii: expected as many as vertices");
+      if (radii.size() != mesh.vertex_count) throw Error(BALLOT_ERROR_ARGUMENT, "radii: expected as many as vertices");
       mesh.radii = radii.data();
     }
     if (given[3].is_none()) return;
