@@ -32,7 +32,8 @@ TraceKernel& TraceKernels::get(const Variant& v) {
   TraceKernel& kernel =
       kernels_[fmt::format("{} subgroup={} depth={} leaf={} far={}", v.kernel_name(), v.config.subgroup, facts.depth,
                            facts.largest_leaf, int(facts.far)) +
-               (facts.top_depth ? fmt::format(" top={}", top_entries(facts)) : "") + (facts.large ? " large" : "")];
+               (facts.top_depth ? fmt::format(" top={}", top_entries(facts)) : "") + (facts.large ? " large" : "") +
+               (facts.shapes ? fmt::format(" shapes={}", facts.shapes) : "")];
   if (kernel.kernel && is_current(kernel)) return kernel;
   const bool other_tree = kernel.tree != tree_.generation();
   if (other_tree) take_arrays(kernel, v);  // before the kernel is waited for, which another thread may be making

@@ -218,8 +218,8 @@ def flat(array: np.ndarray) -> np.ndarray:
     return array.view(np.uint8) if array.dtype == np.bool_ else array
 
 
-def indices(given: Any, name: str, each: int = 3) -> np.ndarray:
-    """Returns triangles, or what has `each` corners, as flat uint16 or uint32.
+def indices(given: Any, name: str, each: int = 3, what: str = "triangles") -> np.ndarray:
+    """Returns triangles, or what else has `each` corners, as flat uint16 or uint32.
 
     Copies other integers, and arrays that are not contiguous."""
     array = as_numpy(given, name)
@@ -230,7 +230,7 @@ def indices(given: Any, name: str, each: int = 3) -> np.ndarray:
     if array.ndim != 2 or array.shape[1] != each:
         raise ValueError(f"{name}: shape is {array.shape}; expected (m, {each})")
     if array.shape[0] == 0:
-        raise ValueError(f"{name}: none are given; leave empty meshes out")
+        raise ValueError(f"{name}: no {what}; leave empty meshes out")
     if array.dtype not in (np.uint16, np.uint32) or not array.dtype.isnative:
         low, high = int(array.min()), int(array.max())
         if low < 0 or high > 0xFFFFFFFF:

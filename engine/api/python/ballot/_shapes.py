@@ -88,7 +88,7 @@ def capsules(points: Any, radii: Any, segments: Any = None) -> Shapes:
         if len(v) % 2:
             raise ValueError(f"points: shape is {v.shape}; expected an even number, two of each capsule, or segments")
     else:
-        t = _arrays.indices(segments, "segments", 2)
+        t = _arrays.indices(segments, "segments", 2, "segments")
     return Shapes("capsules", v, t, _radii(radii, len(v), "radii"), None)
 
 

@@ -68,10 +68,11 @@ class ShapesTest(unittest.TestCase):
         scene = ballot.Scene(meshes=[ballot.spheres([[0, 0, 0]], 1), ballot.boxes([[3, -1, -1]], [[5, 1, 1]])])
         points = [[0, 0, 3], [0, 0, 0.25], [4, 0, 0.5], [4, 3, 0]]
         near = scene.nearest(points)
-        np.testing.assert_allclose(near["distance"], [2, 0.75, 0.5, 2], rtol=1e-6)
-        np.testing.assert_allclose(near["point"], [[0, 0, 1], [0, 0, 1], [4, 0, 1], [4, 1, 0]], atol=1e-6)
-        self.assertEqual(scene.inside(points).tolist(), [False, True, True, False])
-        np.testing.assert_allclose(scene.signed_distance(points), [2, -0.75, -0.5, 2], rtol=1e-6)
+        np.testing.assert_allclose(near["distances"], [2, 0.75, 0.5, 2], rtol=1e-6)
+        np.testing.assert_allclose(near["points"], [[0, 0, 1], [0, 0, 1], [4, 0, 1], [4, 1, 0]], atol=1e-6)
+        signs = scene.nearest(points, ("inside", "signed_distances"))
+        self.assertEqual(signs["inside"].tolist(), [False, True, True, False])
+        np.testing.assert_allclose(signs["signed_distances"], [2, -0.75, -0.5, 2], rtol=1e-6)
 
     def test_bad_shapes(self):
         for bad, text in (
@@ -96,7 +97,7 @@ class ShapesTest(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "picture"):
             ballot.render(scene, width=8, height=8)
         with self.assertRaisesRegex(ValueError, "discs"):
-            ballot.Scene(ballot.discs([[0, 0, 0]], [[0, 0, 1]], 1)).inside([[0, 0, 0]])
+            ballot.Scene(ballot.discs([[0, 0, 0]], [[0, 0, 1]], 1)).nearest([[0, 0, 0]], ("inside",))
 
 
 if __name__ == "__main__":
