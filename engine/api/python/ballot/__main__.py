@@ -36,7 +36,7 @@ def _box() -> tuple[np.ndarray, np.ndarray]:
     """Returns the cube from -1 to 1 along each axis."""
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float32)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return corners, np.uint32([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))])
+    return corners, np.array([t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))], np.uint32)
 
 
 def _cache() -> str:
@@ -79,7 +79,7 @@ def _check(device: ballot.Device) -> bool:
     box = ballot.Scene(*_box(), device=device)
     random = np.random.default_rng(1)
     directions = random.normal(size=(10_000, 3)).astype(np.float32)
-    times = []
+    hits, times = np.empty(0, ballot.HIT), []
     for _ in range(5):
         start = time.perf_counter()
         hits = box.trace(origins=np.zeros(3, np.float32), directions=directions)

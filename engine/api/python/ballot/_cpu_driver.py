@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+from importlib import import_module
 from importlib.util import find_spec
 
 from . import _ballot
@@ -49,8 +50,7 @@ def provide() -> None:
             return
         if not _without_driver():
             return
-        import ballot_lavapipe
-
+        ballot_lavapipe = import_module("ballot_lavapipe")
         os.environ.update(dict.fromkeys(_NAMES, ballot_lavapipe.ICD))
         os.environ["BALLOT_VULKAN_LOADER"] = ballot_lavapipe.LOADER
         _used = os.path.dirname(ballot_lavapipe.ICD)

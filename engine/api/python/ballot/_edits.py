@@ -196,10 +196,10 @@ class Edits:
                 self._own.pop(number, None)
             else:
                 self._own[number] = mesh
-        for number, at in held.items():
-            own = self._own.get(number) if isinstance(number, int) else None
-            if own is not None and own.kind:  # whose vertices nobody else can tell
-                self._own[number] = own._replace(vertices=at.copy() if isinstance(at, np.ndarray) else at.read())
+        for key, at in held.items():
+            own = self._own.get(key) if isinstance(key, int) else None
+            if own is not None and own.kind and isinstance(key, int):  # whose vertices nobody else can tell
+                self._own[key] = own._replace(vertices=at.copy() if isinstance(at, np.ndarray) else at.read())
         self._moved.update(n for n in held if isinstance(n, int) and self._own.get(n) is None)
         self._boxes = self._places = None
 

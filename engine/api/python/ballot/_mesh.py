@@ -135,7 +135,8 @@ def kept(mesh: Mesh, normals: Any) -> Mesh:
     """Returns the mesh without its vertices and indices, which the scene can tell, and with normals that nobody else
     changes. Of shapes it tells all."""
     if mesh.kind:
-        return Mesh(*(part.copy() if isinstance(part, np.ndarray) else part for part in mesh))
+        own: list[Any] = [part.copy() if isinstance(part, np.ndarray) else part for part in mesh]
+        return Mesh(*own)
     return Mesh(
         np.empty((len(mesh.vertices), 0), np.float32),
         None if mesh.indices is None else np.empty(0, np.uint32),
