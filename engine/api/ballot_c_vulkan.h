@@ -63,7 +63,7 @@ typedef struct BallotInclude {
 } BallotInclude;
 
 /* Writes what a compute shader of a program takes to call a scene on the program's device. The shader has
- * #version 460, its own #extension lines, then the text, then its own declarations and main(). Its pipeline layout has
+ * its version (460) and its own extensions, then the text, then its own declarations and main(). Its pipeline layout has
  * the set layout at the number that was asked for; push constants, specialisation constants, workgroup and other sets
  * are its own. The bits are those of the built-in answers.
  *

@@ -129,6 +129,7 @@ inline Mesh mesh(const Array<Vertex>& vertices) {
   m.vertex_buffer = vertices.handle();
   return m;
 }
+/// The same with indices.
 inline Mesh mesh(const Array<Vertex>& vertices, const Array<std::uint32_t>& indices) {
   Mesh m = mesh(vertices);
   m.index_buffer = indices.handle(), m.index_count = indices.size();

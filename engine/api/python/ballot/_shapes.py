@@ -19,11 +19,16 @@ class Shapes(NamedTuple):
     Numeric modes "exact" and "fast", pictures and make_rays() are of triangles. set_vertices() moves the vertices.
     """
 
+    #: "spheres", "discs", "capsules" or "boxes"
     kind: str
-    vertices: np.ndarray  # (n, 3) float32
+    #: (n, 3) float32: centers, ends or corners
+    vertices: np.ndarray
+    #: the vertices of each shape, one shape after the other; None: in turn
     indices: np.ndarray | None
-    radii: np.ndarray | None  # (n,) float32
-    normals: np.ndarray | None  # (n, 3) float32
+    #: (n,) float32, of each vertex; None: of boxes
+    radii: np.ndarray | None
+    #: (n, 3) float32, of each vertex; None: but of discs
+    normals: np.ndarray | None
 
 
 def _radii(given: Any, count: int, name: str) -> np.ndarray:
