@@ -62,10 +62,10 @@ typedef struct BallotInclude {
   uint64_t set;        /* VkDescriptorSet, with the scene's buffers */
 } BallotInclude;
 
-/* Writes what a compute shader of a program takes to call a scene on the program's device. The shader has
- * its version (460) and its own extensions, then the text, then its own declarations and main(). Its pipeline layout has
- * the set layout at the number that was asked for; push constants, specialisation constants, workgroup and other sets
- * are its own. The bits are those of the built-in answers.
+/* Writes what a compute shader of a program takes to call a scene on the program's device. The shader has its version
+ * (460) and its own extensions, then the text, then its own declarations and main(). Its pipeline layout has the set
+ * layout at the number that was asked for; push constants, specialisation constants, workgroup and other sets are its
+ * own. The bits are those of the built-in answers.
  *
  * Names     The text has the calls that were named, Ray, Hit, Nearest and NO_HIT; all others begin with ballot_. Hooks
  *           stand behind it.
