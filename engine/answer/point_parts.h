@@ -19,7 +19,8 @@ struct PointQueries::Parts {
   using InsideRunner = Runner<point_queries::InsideQuery>;
 
   /// Parity needs each triangle once, so that query walks a tree without spatial splits.
-  Parts(Context& device, DeviceTree& tree) : gpu(device), scene(tree), whole(device, tree), within_masks(device) {}
+  Parts(Context& device, DeviceTree& tree, bool in_blocks)
+      : gpu(device), scene(tree), whole(device, tree), within_masks(device), blocks(in_blocks), order(device) {}
 
   /// Return the runner of a query, prepared for the tree as it is now. `masks`: its points have some.
   NearestRunner& nearest(const PointQuery& query, bool masks);
@@ -38,6 +39,8 @@ struct PointQueries::Parts {
   std::optional<InsideRunner> plain_inside, exact_inside;
   std::map<std::tuple<bool, std::uint32_t, std::uint32_t>, QueryKernel> within;  // by masks, LISTS_..., row
   QueryMasks within_masks;
+  const bool blocks;  // closest points of a subgroup are found together; on a CPU voting takes longer
+  PointOrder order;   // for that
   ListRooms<ProbePoint, Within> lists;
   PseudonormalArray pseudonormals;
   PointInstances instances, whole_instances;    // of the two trees

@@ -76,8 +76,9 @@ PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuer
   if (masks && query.sides)
     fail(Failure::Arguments, "closest points: found masks and sides; expected one of them: sides are those of all");
   std::optional<NearestRunner>& runner = masks ? masked : query.sides ? sides : closest;
-  const Defines defines{{"BALLOT_SIDES", int(query.sides)}, {"BALLOT_MASKS", int(masks)}};
-  if (!runner) runner.emplace(gpu, scene, "closest_point", defines);
+  const Defines defines{
+      {"BALLOT_SIDES", int(query.sides)}, {"BALLOT_MASKS", int(masks)}, {"BALLOT_BLOCKS", int(blocks)}};
+  if (!runner) runner.emplace(gpu, scene, "closest_point", defines, blocks ? &order : nullptr);
   runner->prepare();
   if (masks) runner->masks().take(scene, query.triangle_masks), runner->bind_triangle_masks();
   if (query.sides) {
@@ -121,7 +122,8 @@ point_queries::Settle<std::uint32_t> PointQueries::Parts::settle_inside(const Po
   };
 }
 
-PointQueries::PointQueries(Context& gpu, DeviceTree& tree) : parts_(std::make_unique<Parts>(gpu, tree)) {}
+PointQueries::PointQueries(Context& gpu, DeviceTree& tree, std::optional<bool> blocks)
+    : parts_(std::make_unique<Parts>(gpu, tree, blocks.value_or(!gpu.info().is_cpu()))) {}
 PointQueries::~PointQueries() = default;
 
 TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& query) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "engine/answer/device_lists.h"
@@ -53,8 +54,9 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device);
 /// inside if it is so of an odd number of instances (shaders/lib/query/inside_instances.glsl).
 class PointQueries {
  public:
-  /// Keeps references to both.
-  PointQueries(Context& gpu, DeviceTree& tree);
+  /// Keeps references to both. `blocks`: closest points of a subgroup are found together, in an order in which they are
+  /// near each other (shaders/lib/query/closest_block.glsl), as is usual on GPUs; no answer depends on it.
+  PointQueries(Context& gpu, DeviceTree& tree, std::optional<bool> blocks = {});
   ~PointQueries();
 
   /// Finds the nearest point of the triangles for each point, within its limit. The distance is that of the nearest
@@ -96,9 +98,9 @@ class PointQueries {
   DeviceListed within(const DevicePoints& points, const DeviceLists<Hit>& to, const PointQuery& query = {});
 
   /// nearest(), also with masks, and inside() for points of an array on the device, whose answers go to the same places
-  /// of another. The order of the points is kept: neighbours share a subgroup, so points that are near each other are
-  /// best next to each other. The host sees points and answers only with query.exact, and where the driver
-  /// cuts walks short. Throw Error(Arguments) if an array has too few records, or with masks and query.sides.
+  /// of another. Without blocks neighbours share a subgroup, so points that are near each other are best next to each
+  /// other. The host sees points and answers only with query.exact, and where the driver cuts walks short. Throw
+  /// Error(Arguments) if an array has too few records, or with masks and query.sides.
   TraceTimes nearest(const DevicePoints& points, Buffer<Nearest>& answers, const PointQuery& query = {});
   TraceTimes inside(const DevicePoints& points, Buffer<std::uint32_t>& answers, const PointQuery& query = {});
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/answer/coherent_order.h"
+#include "engine/answer/point_order.h"
 #include "engine/answer/query_masks.h"
 #include "engine/answer/repair.h"
 #include "engine/answer/stream.h"
@@ -69,8 +70,9 @@ class Runner {
   using Answer = typename Kind::Answer;
   using Launched = std::function<void(std::uint32_t done)>;
 
-  Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines)
-      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)), masks_(gpu) {}
+  /// `order`: of the points, for a kernel with BALLOT_BLOCKS; null for others.
+  Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines, PointOrder* order = nullptr)
+      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)), masks_(gpu), order_(order) {}
 
   /// Makes the kernel for the tree as it is now. What it reads in addition to tree and points is to be bound then.
   void prepare() { kernel_.prepare(); }
@@ -100,6 +102,7 @@ class Runner {
     if (given.there) masks_.bind_there(kernel_, given.there, 0, given.there->size());
     kernel_.bind(BIND_RAYS, points);
     kernel_.bind(Kind::kBinding, answers);
+    put_in_order(points, first, count, times);
     const TreePiece whole{tree_.root()};
     const std::uint32_t unfinished = settle ? kernel_.run(first, count, whole, times, launched)
                                             : kernel_.answer(first, count, whole, times, launched);
@@ -152,6 +155,12 @@ class Runner {
     Rearranged<ProbePoint, Answer> rearranged_;
   };
 
+  void put_in_order(const Buffer<ProbePoint>& points, std::uint32_t first, std::uint32_t count, TraceTimes& times) {
+    if (!order_ || count == 0) return;
+    order_->record(points, first, count, tree_.bvh().bounds, [&times](double ms) { times.device_ms += ms; });
+    order_->bind(kernel_);
+  }
+
   void make_room(std::size_t count) {
     kernel_.bind(BIND_RAYS, buffer_for(points_, gpu_, count, "points"));
     kernel_.bind(Kind::kBinding, buffer_for(answers_, gpu_, count, "answers of points"));
@@ -180,6 +189,7 @@ class Runner {
     void ask(const TreePiece& piece, std::span<Answer> found) {
       runner.points_->upload(chosen);
       if (!masks.empty()) runner.masks_.bind(runner.kernel_, chosen.size(), chosen_masks, true);
+      runner.put_in_order(*runner.points_, 0, std::uint32_t(chosen.size()), times);
       runner.kernel_.run(std::uint32_t(chosen.size()), piece, times);
       runner.answers_->download(found);
     }
@@ -197,6 +207,7 @@ class Runner {
   DeviceTree& tree_;
   QueryKernel kernel_;
   QueryMasks masks_;
+  PointOrder* order_;
   std::unique_ptr<Buffer<ProbePoint>> points_;  // that are asked again, in pieces of the tree
   std::unique_ptr<Buffer<Answer>> answers_;
 };

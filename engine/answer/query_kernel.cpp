@@ -91,7 +91,12 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
     const Defines closest[] = {{{"BALLOT_SIDES", 0}, {"BALLOT_MASKS", 0}},
                                {{"BALLOT_SIDES", 1}, {"BALLOT_MASKS", 0}},
                                {{"BALLOT_SIDES", 0}, {"BALLOT_MASKS", 1}}};
-    for (const Defines& defines : closest) sources.push_back(query_source("closest_point", device, tree, defines));
+    for (Defines defines : closest)
+      for (const int blocks : {0, 1}) {
+        defines.resize(2);
+        defines.emplace_back("BALLOT_BLOCKS", blocks);
+        sources.push_back(query_source("closest_point", device, tree, defines));
+      }
     for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
     for (const std::uint32_t lists : {LISTS_NONE, LISTS_ROWS, LISTS_PLACES})
       for (const int masks : {0, 1})
@@ -101,6 +106,7 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   }
   for (KernelSource& source : column_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : sum_sources()) sources.push_back(std::move(source));
+  for (KernelSource& source : order_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : making_sources()) sources.push_back(std::move(source));
   for (const int of : {PLACES_LISTS, PLACES_APPENDED, PLACES_HITS}) sources.push_back(places_source(of));
   for (const std::uint32_t words : {2u, 4u})

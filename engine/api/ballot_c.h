@@ -293,9 +293,9 @@ typedef struct BallotPoint {
 
 /* Answers points [0, count) of an array and writes columns of their answers. Answers and errors are those of
  * ballot_query_points(), but with a limit of each point; query->progress may end the call, but is told no share.
- * Points keep their order: put those that are near each other next to each other, as neighbours share a subgroup. Only
- * numeric "exact" brings points to the host. Returns when the answers are written. BallotTimes::hits is not counted.
- * The scene keeps memory for the answers to 4 million points. */
+ * A GPU finds an order in which neighbours are near each other; on a CPU put such points next to each other, as they
+ * share a subgroup. Only numeric "exact" brings points to the host. Returns when the answers are written.
+ * BallotTimes::hits is not counted. The scene keeps 56 bytes for each of up to 4 million points. */
 BALLOT_API BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points, uint64_t count,
                                                    const BallotOutput* outputs, size_t output_count,
                                                    const BallotQuery* query, BallotTimes* times);

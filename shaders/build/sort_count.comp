@@ -8,6 +8,7 @@ layout(set = 0, binding = BIND_BUILD_KEYS, std430) readonly buffer Keys { Key ke
 shared uint tile_counts[BUILD_DIGITS];
 
 void main() {
+  if (key_count() == 0u) return;
   for (uint d = gl_LocalInvocationIndex; d < BUILD_DIGITS; d += GROUP_SIZE) tile_counts[d] = 0u;
   barrier();
   uint first = gl_WorkGroupID.x * TILE, end = min(first + TILE, key_count());

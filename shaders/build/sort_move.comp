@@ -26,6 +26,7 @@ uvec4 lanes_with(uint digit, bool has_key) {
 
 BUILD_MAIN {
   uint lane = lane_of_group(), key_end = key_count();
+  if (gl_WorkGroupID.x * TILE >= key_end) return;
   for (uint i = lane; i < BUILD_GROUP_SUBGROUPS * BUILD_DIGITS; i += GROUP_SIZE) places[i] = 0u;
   barrier();
   uint own = gl_SubgroupID * BUILD_DIGITS;

@@ -6,6 +6,7 @@
 layout(set = 0, binding = BIND_BUILD_TOTALS, std430) writeonly buffer Totals { uint totals[]; };
 
 BUILD_MAIN {
+  if (key_count() == 0u) return;
   uint row = gl_WorkGroupID.x * push.tiles, sum = 0u;
   for (uint first = 0u; first < push.tiles; first += GROUP_SIZE) {
     uint tile = first + lane_of_group();

@@ -64,15 +64,33 @@
 #include "../shared/query.h"
 #include "../lib/query/closest_point.glsl"
 
+#if BALLOT_BLOCKS
+layout(set = 0, binding = BIND_NEIGHBOUR_STATE, scalar) readonly buffer Neighbours { NeighbourState neighbours; };
+layout(set = 0, binding = BIND_SORTED, scalar) readonly buffer Sorted { IndirectArgs sorted; };
+layout(set = 0, binding = BIND_ORDER_NEAR, std430) readonly buffer OrderNear { uint order_near[]; };
+layout(set = 0, binding = BIND_ORDER_SORTED, std430) readonly buffer OrderSorted { uint order_sorted[]; };
+uint point_at(uint index) {
+  uint place = index - neighbours.first;
+  return sorted.count > 0u ? neighbours.first + order_sorted[place] : order_near[place];
+}
+#else
+uint point_at(uint index) { return index; }
+#endif
+
+#if BALLOT_BLOCKS && BALLOT_UNIFORM_FLOW
+void main() [[subgroup_uniform_control_flow]] {
+#else
 void main() {
+#endif
 #if BALLOT_INSTANCES
   begin_scene();
 #endif
-  uint index = push.ray_begin + gl_GlobalInvocationID.x;
-  bool inside = index < push.ray_end;
-  vec4 record = ray_half(inside ? index : push.ray_begin);
+  uint place = push.ray_begin + gl_GlobalInvocationID.x;
+  bool inside = place < push.ray_end;
+  uint index = point_at(inside ? place : push.ray_begin);
+  vec4 record = ray_half(index);
 #if BALLOT_MASKS
-  begin_masks(inside ? index : push.ray_begin);
+  begin_masks(index);
 #endif
 #include "../lib/query/closest_walk.glsl"
   if (inside) store_nearest(index, p, best, limit);

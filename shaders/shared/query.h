@@ -20,6 +20,13 @@
 #define BIND_MADE_WORDS 30      // in: the tables
 #define BIND_WHOLE_PLACES 28    // in: where lists lie whole
 
+// shaders/query/neighbours.comp, and the order in which closest_point.comp takes points.
+#define BIND_NEIGHBOUR_STATE 31  // NeighbourState
+#define BIND_ORDER_NEAR 32       // the numbers of points, those of each tile put in order
+#define BIND_ORDER_SORTED 33     // the same of all points, from 0 on
+#define BIND_NEIGHBOUR_KEYS 34   // a word a point
+#define BIND_SORTED 35           // IndirectArgs, whose count is that of the points if all are sorted, else 0
+
 // shaders/query/columns.comp.
 #define BIND_PRIM_TABLE 26    // in: placements and ids of triangles (engine/answer/columns.h)
 #define BIND_CORNERS 27       // in: the corners of the triangles of all trees
@@ -132,6 +139,18 @@
 #define MADE_AXES 8
 #define MADE_COLUMNS 5
 
+// shaders/query/neighbours.comp: the lanes of a workgroup, the points of a tile, the bits of a key, a pass of the sort
+// for each eight, how many times as far apart as when they are sorted neighbours are if sorting pays, and the
+// dispatches.
+#define NEIGHBOURS_GROUP 128u
+#define NEIGHBOURS_TILE 2048u
+#define NEIGHBOURS_KEY_BITS 24u
+#define NEIGHBOURS_PAYS 4.0
+#define NEIGHBOURS_SAMPLE 0u
+#define NEIGHBOURS_DECIDE 1u
+#define NEIGHBOURS_TILES 2u
+#define NEIGHBOURS_KEYS 3u
+
 // The number of crossings of a ray, or the answer of a point, that rounding may have decided.
 #define UNSURE 0xFFFFFFFDu
 
@@ -164,6 +183,25 @@ struct Within {
   uint prim;
 };
 BALLOT_RECORD(Within, 8);
+
+// Push constants of neighbours.comp.
+struct NeighboursPush {
+  uint step;     // NEIGHBOURS_...
+  uint first;    // number of the first point
+  uint count;    // points
+  uint samples;  // tiles that are sampled
+  float side;    // longest side of the scene
+};
+BALLOT_RECORD(NeighboursPush, 20);
+
+// What is known of an order of points.
+struct NeighbourState {
+  uint first;  // number of the first point
+  uint apart;  // sum of how far apart neighbours are
+  int lo[3];   // bounds of the points, as integers of the same order
+  int hi[3];
+};
+BALLOT_RECORD(NeighbourState, 32);
 
 // Push constants of places.comp.
 struct PlacesPush {

@@ -10,6 +10,9 @@
   stack_near[top++] = -1.0;
   float limit2 = limit_distance2(p, limit);
   Best best = Best(limit2, limit2, NO_HIT, 0u);
+#if BALLOT_BLOCKS && !BALLOT_INSTANCES
+#include "closest_block.glsl"
+#endif
 #if BALLOT_INSTANCES
   begin_instances(live);
   for (node = next_instance(p, best.reach2); node != END_OF_TREE; top = 1u, node = next_instance(p, best.reach2))

@@ -234,8 +234,8 @@ class Answers(Closable):
         count, out, times, progress  as trace_columns()
 
         Points in a ballot.Array of "points" have their limits there, and their columns are ballot.Arrays, bool as
-        uint8; "nearest" is one more: whole records. Put points that are near each other next to each other. Only
-        numeric "exact" brings them to the host.
+        uint8; "nearest" is one more: whole records. A GPU finds an order in which neighbours are near each other;
+        on a CPU put such points next to each other. Only numeric "exact" brings them to the host.
 
         Raises ValueError if "inside" or "signed_distances" is asked for and an edge of the scene belongs to an odd
         number of triangles; with sign "pseudonormal", if two triangles run along an edge in the same direction.
