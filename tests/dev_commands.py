@@ -32,6 +32,18 @@ class Packages(unittest.TestCase):
                          {"no-such-package": "is not"})
 
 
+    def test_systems(self):
+        release = {"ID": "ubuntu", "VERSION_ID": "22.04", "PRETTY_NAME": "Ubuntu 22.04.5 LTS"}
+        with mock.patch.object(packages, "system", release.copy):
+            self.assertEqual(packages.system_name(), "ubuntu-22.04")
+            with self.assertRaisesRegex(Failed, "cannot be built on Ubuntu 22.04.5 LTS: its CMake 3.22"):
+                packages.ensure(False, "build")
+        self.assertEqual({*packages.absent("debian-13")} - {*packages.needed("fuzz")}, set())
+        release.update(ID="debian", VERSION_ID="13", PRETTY_NAME="Debian GNU/Linux 13 (trixie)")
+        with mock.patch.object(packages, "system", release.copy), self.assertRaisesRegex(Failed, "has no clang-16"):
+            packages.ensure(False, "build", "fuzz")
+
+
 class Bundle(unittest.TestCase):
     def test_it_holds_the_notices(self):
         with tempfile.TemporaryDirectory() as folder:

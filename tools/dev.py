@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from dev import PRESETS, ROOT, Failed, build, run  # noqa: E402
 from dev import bundle as bundles, docs as reference, fuzz as fuzzing, gallery, mesa, mutations as faults  # noqa: E402
-from dev import dist as chroots, lavapipe, packages, wheel as wheels  # noqa: E402
+from dev import deb as debs, dist as chroots, lavapipe, packages, wheel as wheels  # noqa: E402
 
 SETUP = """
 First it sets up the machine and builds: it lists missing packages of Debian 12 with their reasons and installs them
@@ -108,6 +108,12 @@ def wheel(options: argparse.Namespace, rest: list[str]) -> int:
     return 0
 
 
+def deb(options: argparse.Namespace, rest: list[str]) -> int:
+    packages.ensure(not options.no_install, "build", "deb")
+    debs.make(options.jobs)
+    return 0
+
+
 def dist(options: argparse.Namespace, rest: list[str]) -> int:
     packages.ensure(not options.no_install, "build", "wheel", "dist")
     if not options.made:
@@ -176,10 +182,15 @@ newer that are in PATH: that of 3.12 serves all later ones. A wheel runs on x86-
 C++ run time of GCC 12 or newer, a Vulkan loader and a driver, such as those of the wheel ballot-lavapipe (Mesa of
 bookworm-backports), which serves where there is no other. Needs PyPI, and the source of Embree from Debian once.
 """),
+    "deb": (deb, "", "make Debian packages: library, development, Python, program", SETUP + """
+build/deb/dist gets libballot1, libballot-dev, python3-ballot and ballot for the release of Debian that this runs on,
+which lintian has looked at: its errors fail. Needs PyPI, for what builds the extension of Python.
+"""),
     "dist": (dist, "[RELEASE ...]", "make the packages of Python, and test them in chroots of Debian", SETUP + """
-Makes what `wheel --lavapipe` makes, and installs and tests it in chroots of each RELEASE (bookworm, trixie, sid):
-without a driver, with that of the release, and the source package. Needs root, Debian's mirror and PyPI. Chroots are
-kept in build/dist; delete the folder to make them anew.
+Makes what `wheel --lavapipe` makes, and installs and tests it in chroots of each RELEASE (bookworm, trixie, sid), or in
+single ones (trixie-bare): bare has no driver, driver that of the release, source what the source package needs; deb
+makes and uses the Debian packages (not on sid). Needs root, Debian's mirror and PyPI; takes hours. Chroots are kept in
+build/dist; delete one to make it anew.
 """),
     "fuzz": (fuzz, "[TARGET ...]", "read mutated files under sanitizers, with libFuzzer", SETUP + """
 Runs each target of tests/fuzz, or those named, as many at once as there are cores. What a target learns is kept in
@@ -192,7 +203,7 @@ OPTIONS = (  # (commands, name, settings)
     ((*COMMANDS,), "--no-install", {"action": "store_true", "help": "list missing packages and stop"}),
     (("render", "test", "build", "mutations", "docs", "bundle"), "--preset",
      {"choices": PRESETS, "default": "release", "help": "the preset to build in build/PRESET [release]"}),
-    (("render", "test", "build", "mutations", "docs", "bundle", "wheel", "dist", "fuzz"), "--jobs",
+    (("render", "test", "build", "mutations", "docs", "bundle", "wheel", "deb", "dist", "fuzz"), "--jobs",
      {"type": int, "metavar": "N", "help": "compilers to run at once [as many as cores and memory allow]"}),
     (("test",), "--all", {"action": "store_true", "help": "also run tests with the label `extended`"}),
     (("test",), "--asan", {"action": "store_true", "help": "the same as --preset asan"}),

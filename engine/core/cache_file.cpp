@@ -41,6 +41,13 @@ void say_no_cache(const std::string& reason) {
   std::call_once(once, [&] { say_aside("ballot: no cache: {}\n", reason); });
 }
 
+/// Throws Refusal if the error is that this user cannot write there.
+void expect_writable(int code, const fs::path& path) {
+  if (code == EROFS || code == EACCES || code == EPERM)
+    throw Refusal{fmt::format("{} cannot be written: {}; name a folder of your own in XDG_CACHE_HOME", path.string(),
+                              errno_text(code))};
+}
+
 /// Throws Refusal unless a folder belongs to this user and cannot be written by others.
 void expect_own(const struct stat& info, const fs::path& path) {
   if (info.st_uid != ::geteuid())
@@ -66,8 +73,10 @@ bool make_folders(const fs::path& folder) {
     expect_own_start(info, here);
     return true;
   }
-  return errno == ENOENT && make_folders(folder.parent_path()) &&
-         (::mkdir(folder.c_str(), 0700) == 0 || errno == EEXIST);
+  if (errno != ENOENT || !make_folders(folder.parent_path())) return false;
+  if (::mkdir(folder.c_str(), 0700) == 0 || errno == EEXIST) return true;
+  expect_writable(errno, folder);
+  return false;
 }
 
 /// A folder as the environment names it, and the folders below it that lead to another.
@@ -92,7 +101,10 @@ Way way_to(const fs::path& folder) {
 /// missing. Throws Refusal. `path` names it there.
 Descriptor open_below(const Descriptor& at, const fs::path& path, bool make) {
   const std::string name = path.filename().string();
-  if (make && ::mkdirat(at.get(), name.c_str(), 0700) != 0 && errno != EEXIST) return Descriptor(-1);
+  if (make && ::mkdirat(at.get(), name.c_str(), 0700) != 0 && errno != EEXIST) {
+    expect_writable(errno, path);
+    return Descriptor(-1);
+  }
   Descriptor next(::openat(at.get(), name.c_str(), kFolder | O_NOFOLLOW));
   struct stat info {};
   if (next.get() < 0 && (errno == ELOOP || errno == ENOTDIR))
@@ -146,6 +158,7 @@ bool reserve_index(const Descriptor& folder, const fs::path& path) {
   }
   if (code != 0 && index.get() >= 0 && info.st_size == 0) ::unlinkat(folder.get(), "index", 0);
   expect_room(code, path);
+  expect_writable(code, path);
   return code == 0;
 }
 
@@ -236,6 +249,7 @@ bool write_cache(const fs::path& path, std::initializer_list<std::span<const std
   try {
     Descriptor folder = open_folder(way_to(path.parent_path()), true);
     if (folder.get() < 0) return false;
+    if (::faccessat(folder.get(), ".", W_OK, AT_EACCESS) != 0) expect_writable(errno, path.parent_path());
     Temporary temporary(std::move(folder), path.parent_path(), mode_t{0600}, path);
     OutputFile out(temporary.descriptor(), path);
     for (const auto& part : parts) out.write(part.data(), part.size());
@@ -251,6 +265,12 @@ bool write_cache(const fs::path& path, std::initializer_list<std::span<const std
 }
 
 bool write_cache(const fs::path& path, std::span<const std::byte> bytes) { return write_cache(path, {bytes}); }
+
+void say_damaged_cache(const fs::path& path) {
+  static std::once_flag once;
+  std::call_once(once,
+                 [&] { say_aside("ballot: {} is damaged or of another version; it is made anew\n", path.string()); });
+}
 
 void prepare_driver_cache() {
   static std::once_flag once;

@@ -1,10 +1,11 @@
-// Files of the caches. They only save time: one that is missing, damaged or not to be trusted counts as missing.
+// Files of the caches. They only save time: one that is missing, damaged or not to be trusted counts as missing. One line
+// on standard error tells of the first damaged one.
 //
 // What a cache holds goes to the device and its driver unparsed, and is written at names that can be foretold. So
 // files are read and written through the descriptor of an open folder. Below the folder that the environment names
 // (cache_folder() without its last part) no link is followed, and each folder belongs to the user of this process and
 // can be written by this user alone. The folder that the environment names belongs to the user or to root. Where this
-// does not hold there is no cache, and one line on standard error says why.
+// does not hold, or where nothing can be written, there is no cache, and one line on standard error says why.
 #pragma once
 
 #include <cstddef>
@@ -30,6 +31,9 @@ std::optional<std::vector<std::byte>> read_cache(const std::filesystem::path& pa
 /// costs time.
 bool write_cache(const std::filesystem::path& path, std::initializer_list<std::span<const std::byte>> parts);
 bool write_cache(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+/// Prints that a file of a cache is not what this version writes, and is made anew: once in the life of a process.
+void say_damaged_cache(const std::filesystem::path& path);
 
 /// Prepares the cache that Mesa's drivers keep themselves, before one is loaded: in MESA_SHADER_CACHE_DIR if that is
 /// set, else in cache_folder(). Mesa maps a file there, and a process that touches a page of it for which the disk

@@ -38,8 +38,10 @@ std::span<const std::byte> driver_data(std::span<const std::byte> file) {
 }  // namespace
 
 void Context::load_pipeline_cache() {
-  const std::vector<std::byte> file = read_cache(pipeline_cache_path(info_)).value_or(std::vector<std::byte>());
-  const std::span<const std::byte> data = driver_data(file);
+  const std::filesystem::path path = pipeline_cache_path(info_);
+  const auto file = read_cache(path);
+  const std::span<const std::byte> data = file ? driver_data(*file) : std::span<const std::byte>();
+  if (file && data.empty()) say_damaged_cache(path);
   VkPipelineCacheCreateInfo create{};
   create.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
   create.initialDataSize = data.size();

@@ -197,13 +197,17 @@ std::string cache_key(const std::string& texts, const Defines& defines, Calls ca
 /// Loads a cached module. A file holds the words and then their hash. Returns nothing if it is missing, truncated or
 /// damaged.
 std::vector<std::uint32_t> load_cached(const fs::path& path) {
-  const std::vector<std::byte> bytes = read_cache(path).value_or(std::vector<std::byte>());
-  if (bytes.size() < 28 || bytes.size() % 4 != 0) return {};
+  const auto bytes = read_cache(path);
+  if (!bytes) return {};
   std::uint64_t hash = 0;
-  std::memcpy(&hash, bytes.data() + bytes.size() - 8, 8);
-  if (hash != XXH3_64bits(bytes.data(), bytes.size() - 8)) return {};
-  std::vector<std::uint32_t> words(bytes.size() / 4 - 2);
-  std::memcpy(words.data(), bytes.data(), words.size() * 4);
+  const bool whole = bytes->size() >= 28 && bytes->size() % 4 == 0;
+  if (whole) std::memcpy(&hash, bytes->data() + bytes->size() - 8, 8);
+  if (!whole || hash != XXH3_64bits(bytes->data(), bytes->size() - 8)) {
+    say_damaged_cache(path);
+    return {};
+  }
+  std::vector<std::uint32_t> words(bytes->size() / 4 - 2);
+  std::memcpy(words.data(), bytes->data(), words.size() * 4);
   return words;
 }
 

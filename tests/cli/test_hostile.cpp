@@ -68,6 +68,20 @@ TEST_F(Hostile, AFullDiskTurnsTheDriversCacheOff) {
   }
 }
 
+TEST_F(Hostile, AReadOnlyHomeIsNoCache) {
+  BALLOT_NEEDS(shell("unshare -m true 2> err") == 0, "root's right to mount, in a namespace of its own");
+  square();
+  fs::create_directories(path("home/.cache"));
+  const std::string run = "unset XDG_CACHE_HOME; export HOME=$PWD/home; $B $R 2> err'";
+  for (const char* before : {"", "mkdir -p home/.cache/ballot/mesa/mesa_shader_cache; "}) {
+    const std::string mount = std::string(before) + "mount --bind home home && mount -o remount,bind,ro home && ";
+    EXPECT_EQ(shell("unshare -m sh -c 'umask 077; " + mount + run), 0);
+    expect_one_line({"ballot: no cache: ", "home/.cache/ballot",
+                     " cannot be written: Read-only file system; name a "
+                     "folder of your own in XDG_CACHE_HOME"});
+  }
+}
+
 TEST_F(Hostile, LittleAddressSpaceIsRefusedBeforeTheDriverStarts) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer takes address space of its own";

@@ -1,4 +1,4 @@
-"""Chroots of Debian's releases, in which wheels and the source package are installed and tested as others have them."""
+"""Chroots of Debian's releases, in which packages are installed and tested as others have them."""
 
 import os
 import shutil
@@ -6,14 +6,15 @@ import time
 from pathlib import Path
 
 from dev import ROOT, Failed, packages, run
-from dev.wheel import FOLDER as WHEELS
+from dev.wheel import FOLDER as WHEELS, tools
 
 FOLDER = ROOT / "build" / "dist"
-RELEASES = ("bookworm", "trixie", "sid")
+RELEASES = {"bookworm": (), "trixie": (), "sid": ('--aptopt=Acquire::Check-Valid-Until "false"',)}  # sid may be old
 PYTHON = ("python3", "python3-venv")
+MIRROR = "http://deb.debian.org/debian"
 DRIVER = ("libvulkan1", "mesa-vulkan-drivers")
 OF_PROGRAM = ("libcli11-dev", "libglfw3-dev", "libglfw3", "libimgui-dev")  # packages that the library does without
-NEEDED = ("numpy>=1.24", "trimesh", "meshio", "scikit-build-core>=0.12", "nanobind>=3.1,<4")
+NEEDED = ("numpy>=1.24", "trimesh", "meshio", "nbclient", "ipykernel", "scikit-build-core>=0.12", "nanobind>=3.1,<4")
 # Runs $2 in the chroot $1, where /dist has the packages, /tree the checkout and /pypi what pip needs; all of it and
 # /proc go with the process.
 ENTER = """
@@ -36,11 +37,34 @@ python -m ballot
 """
 WITH_DRIVER = INSTALL + """
 python -m ballot
+pip install -q nbclient ipykernel
 python -m unittest discover -s /tree/engine/api/python/tests
 mkdir -p copy/tests && cp -r /tree/tests/api copy/tests/ && cp -r /tree/scenes copy/
 for manual in README.md engine/api/README.md; do python copy/tests/api/guide.py /tree/$manual python; done
 """
-FROM_SOURCE = "rm -rf /v; python3 -m venv /v; pip install -q numpy /dist/ballot-*.tar.gz; cd /tmp; python -m ballot"
+OTHER_MACHINE = """
+rm -rf /tmp/other; mkdir /tmp/other; cd /tmp/other
+for wheel in /dist/ballot-*x86_64.whl; do cp $wheel $(basename $wheel x86_64.whl)riscv64.whl; done
+if pip install -q --no-deps ./*riscv64.whl 2> err; then echo "another machine's wheel was taken"; exit 1; fi
+grep 'is not a supported wheel on this platform' err
+"""
+FROM_SOURCE = """
+rm -rf /v; python3 -m venv /v
+pip install -q numpy /dist/ballot-*.tar.gz
+cd /tmp; python -m ballot
+"""
+DEBS = """
+rm -rf /tmp/tree; mkdir /tmp/tree; cd /tmp/tree; tar -xf /pypi/tree.tar
+unset PIP_NO_INDEX PIP_FIND_LINKS
+python3 tools/dev.py deb
+apt-get -qq -y --no-install-recommends install ./build/deb/dist/*.deb
+cd /tmp; /usr/bin/python3 -m ballot; ballot selftest
+/usr/bin/python3 /tmp/tree/tests/api/guide.py /tmp/tree/engine/api/README.md python
+cmake -S /tmp/tree/tests/api/consumer -B consumer -DCMAKE_BUILD_TYPE=Release
+cmake --build consumer
+consumer/consumer_c; consumer/consumer_cpp
+apt-get -qq -y remove libballot1 ballot
+"""
 
 
 def chroot(release: str, name: str, *more: str) -> Path:
@@ -48,8 +72,8 @@ def chroot(release: str, name: str, *more: str) -> Path:
     root = FOLDER / f"{release}-{name}"
     if not root.is_dir():
         archive = FOLDER / f"{release}-{name}.tar"
-        run("mmdebstrap", "--variant=minbase", f"--include={','.join((*PYTHON, *more))}", release, archive,
-            "http://deb.debian.org/debian", capture_output=True)  # fmt: skip
+        run("mmdebstrap", "--variant=minbase", *RELEASES[release], f"--include={','.join((*PYTHON, *more))}", release,
+            archive, MIRROR, capture_output=True)  # fmt: skip
         new = root.with_suffix(".new")
         shutil.rmtree(new, ignore_errors=True)
         new.mkdir()
@@ -68,23 +92,41 @@ def download(root: Path) -> None:
     """Downloads what pip needs in the chroot, for its Python."""
     words = ("chroot", root, "python3", "-c", "import sys; print('%d.%d' % sys.version_info[:2])")
     version = run(*words, capture_output=True).stdout.strip()
-    run(WHEELS / "venv" / "bin" / "python", "-m", "pip", "download", "--quiet", "--only-binary=:all:",
-        f"--python-version={version}", "--dest", FOLDER / "pypi", *NEEDED)  # fmt: skip
+    run(tools() / "python", "-m", "pip", "download", "--quiet", "--only-binary=:all:", f"--python-version={version}",
+        "--dest", FOLDER / "pypi", *NEEDED)  # fmt: skip
 
 
-def test(releases: list[str]) -> None:
-    """Installs and tests the packages of build/wheel/dist in chroots of these releases, or of all. Throws Failed."""
+def steps() -> dict[str, tuple[tuple[str, ...], str]]:
+    """Returns what is tested: a name, such as trixie-bare, with the packages of its chroot and the command there."""
+    needed = tuple(name for name in packages.needed("build") if name not in OF_PROGRAM)
+    of_each = {"bare": ((), WITHOUT_DRIVER + OTHER_MACHINE), "driver": (DRIVER, WITH_DRIVER),
+               "source": (needed, FROM_SOURCE)}  # fmt: skip
+    found = {f"{release}-{name}": step for release in RELEASES for name, step in of_each.items()}
+    return found | {f"{release}-deb": (("ca-certificates",), DEBS) for release in ("bookworm", "trixie")}
+
+
+def test(words: list[str]) -> None:
+    """Installs and tests the packages of build/wheel/dist in chroots: all of them, those of the named releases, or
+    single ones. Goes on behind a failure. Throws Failed at the end."""
     if os.geteuid() != 0:
         raise Failed("chroots need root; type: sudo tools/dev.py dist")
-    if unknown := {*releases} - {*RELEASES}:
-        raise Failed(f"there is no release {unknown.pop()}; the releases are: {', '.join(RELEASES)}")
+    known = steps()
+    if unknown := {*words} - {*RELEASES, *known}:
+        raise Failed(f"there is no {unknown.pop()}; there are: {', '.join([*RELEASES, *known])}")
     (FOLDER / "pypi").mkdir(parents=True, exist_ok=True)
-    needed = [name for name in packages.needed("build") if name not in OF_PROGRAM]
-    for release in releases or RELEASES:
-        download(chroot(release, "bare"))
-        for name, more, command in (("bare", (), WITHOUT_DRIVER), ("driver", DRIVER, WITH_DRIVER),
-                                    ("source", needed, FROM_SOURCE)):  # fmt: skip
-            root, start = chroot(release, name, *more), time.monotonic()
-            print(f"{release}, {name}:", flush=True)
+    commit = run("git", "describe", "--always", "--abbrev=12", capture_output=True).stdout.strip()
+    run("git", "archive", f"--output={FOLDER / 'pypi' / 'tree.tar'}", f"--add-virtual-file=COMMIT:{commit}", "HEAD")
+    failed = []
+    for name in [name for name in known if not words or {name, name.split("-")[0]} & {*words}]:
+        (more, command), start = known[name], time.monotonic()
+        print(f"{name}:", flush=True)
+        try:
+            root = chroot(*name.split("-"), *more)
+            download(root)
             inside(root, command)
-            print(f"{release}, {name}: {time.monotonic() - start:.0f} s", flush=True)
+            print(f"{name}: passed in {time.monotonic() - start:.0f} s", flush=True)
+        except Failed as error:
+            failed.append(name)
+            print(f"{name}: failed after {time.monotonic() - start:.0f} s: {error}", flush=True)
+    if failed:
+        raise Failed(f"{len(failed)} failed: {', '.join(failed)}")

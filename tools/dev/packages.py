@@ -1,4 +1,4 @@
-"""The Debian packages that Ballot needs (packages.txt): finds the missing ones and installs them."""
+"""The packages of Debian and Ubuntu that Ballot needs (packages.txt): finds the missing ones and installs them."""
 
 import os
 import platform
@@ -10,11 +10,21 @@ from pathlib import Path
 from dev import Failed, run
 
 
+SYSTEMS = ("debian-12", "debian-13", "ubuntu-24.04")  # where packages are installed, by the names of packages.txt
+TOO_OLD = {"ubuntu-22.04": "its CMake 3.22 and OpenEXR 2.5 are too old; take the wheel of Python, which runs here"}
+
+
 def needed(*users: str) -> dict[str, str]:
     """Returns the packages that any of these needs, with the reasons."""
     lines = Path(__file__).with_suffix(".txt").read_text(encoding="utf-8").splitlines()
-    rows = [line.split(None, 2) for line in lines if not line.startswith("#")]
+    rows = [line.split(None, 2) for line in lines if not line.startswith(("#", "-"))]
     return {name: reason for name, who, reason in rows if {*users} & {*who.split(",")}}
+
+
+def absent(here: str) -> set[str]:
+    """Returns the packages that a system of SYSTEMS does not have."""
+    lines = Path(__file__).with_suffix(".txt").read_text(encoding="utf-8").splitlines()
+    return {name for line in lines if line.startswith(f"- {here}:") for name in line.split()[2:]}
 
 
 def system() -> dict[str, str]:
@@ -22,6 +32,11 @@ def system() -> dict[str, str]:
         return platform.freedesktop_os_release()
     except OSError:
         return {}
+
+
+def system_name() -> str:
+    """Returns what this is, such as debian-12."""
+    return "{ID}-{VERSION_ID}".format_map({"ID": "unknown", "VERSION_ID": "unknown", **system()})
 
 
 def print_table(packages: dict[str, str], to=sys.stdout) -> None:
@@ -57,11 +72,15 @@ def owners_of(files) -> set[str]:
 
 def ensure(install: bool, *users: str) -> None:
     """Installs the missing packages of these users. Throws Failed if that is not allowed or does not work."""
-    packages = needed(*users)
-    if system().get("ID") != "debian":
-        print(f"note: {system().get('PRETTY_NAME', 'this system')} is not Debian, so nothing is installed. Needed "
-              "packages, by their names in Debian 12:", file=sys.stderr)
+    packages, here, title = needed(*users), system_name(), system().get("PRETTY_NAME", "this system")
+    if here in TOO_OLD:
+        raise Failed(f"Ballot cannot be built on {title}: {TOO_OLD[here]}")
+    if here not in SYSTEMS:
+        print(f"note: {title} is none of {', '.join(SYSTEMS)}, so nothing is installed. Needed packages, by their "
+              "names in Debian 12:", file=sys.stderr)
         return print_table(packages, sys.stderr)
+    if lacking := sorted({*packages} & absent(here)):
+        raise Failed(f"{title} has no {', '.join(lacking)}; do this on Debian 12")
     if not (missing := missing_of(packages)):
         return None
     print(f"{len(missing)} of {len(packages)} packages are missing:")

@@ -209,6 +209,8 @@ def python(door: Door) -> str:
               '    """Puts the texts of options and columns where a docstring names them: {hits_options}."""',
               "    text = function.__doc__ or \"\"",
               "    for name, words in _TEXTS.items():",
+              '        if "{" + name + "}" not in text:  # most are not, and patterns take long to compile',
+              "            continue",
               '        rows = words.replace("\\n", "\\n{0}")',
               '        text = re.sub(r"^( *)\\{" + name + r"\\}", '
               'lambda at: at[1] + rows.replace("{0}", at[1]), text, flags=re.M)',

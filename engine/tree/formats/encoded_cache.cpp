@@ -35,11 +35,15 @@ std::string file_name(const TreeFormat& format, const PairTree& pairs, std::uint
 
 std::optional<std::vector<glm::uvec4>> load_texels(const std::filesystem::path& path) {
   const auto bytes = read_cache(path);
-  if (!bytes || bytes->size() < sizeof(XXH128_hash_t) || bytes->size() % sizeof(glm::uvec4) != 0) return std::nullopt;
-  const std::span<const std::byte> texels = std::span(*bytes).subspan(sizeof(XXH128_hash_t));
-  XXH128_hash_t checksum;
-  std::memcpy(&checksum, bytes->data(), sizeof(checksum));
-  if (!XXH128_isEqual(checksum, XXH3_128bits(texels.data(), texels.size()))) return std::nullopt;
+  if (!bytes) return std::nullopt;
+  XXH128_hash_t checksum{};
+  const bool whole = bytes->size() >= sizeof(checksum) && bytes->size() % sizeof(glm::uvec4) == 0;
+  if (whole) std::memcpy(&checksum, bytes->data(), sizeof(checksum));
+  const std::span<const std::byte> texels = std::span(*bytes).subspan(whole ? sizeof(checksum) : 0);
+  if (!whole || !XXH128_isEqual(checksum, XXH3_128bits(texels.data(), texels.size()))) {
+    say_damaged_cache(path);
+    return std::nullopt;
+  }
   std::vector<glm::uvec4> out(texels.size() / sizeof(glm::uvec4));
   std::memcpy(out.data(), texels.data(), texels.size());
   return out;

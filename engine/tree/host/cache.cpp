@@ -113,21 +113,14 @@ std::optional<Shape> shape_of(const Bvh& bvh, std::size_t triangle_count) {
   return references == bvh.references.size() ? std::optional(shape) : std::nullopt;
 }
 
-std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std::size_t triangle_count) {
-  const InputStream in = open_cache(path);
-  struct stat info {};
-  if (!in || ::fstat(::fileno(in.get()), &info) != 0) return std::nullopt;
-  const auto bytes = std::uint64_t(info.st_size);
+/// Reads a tree. Returns nothing if the file is not what save() wrote for these triangles.
+std::optional<Bvh> read_tree(std::FILE* in, std::uint64_t bytes, const Hash& key, std::size_t triangle_count) {
   Header h;
-  if (std::fread(&h, sizeof(h), 1, in.get()) != 1) return std::nullopt;
+  if (std::fread(&h, sizeof(h), 1, in) != 1) return std::nullopt;
   if (h.magic != kMagic || !XXH128_isEqual(h.key, key) || !sizes_fit(h, bytes)) return std::nullopt;
   Bvh bvh;
-  try {
-    if (!read_array(in.get(), bvh.nodes, h.node_count) || !read_array(in.get(), bvh.references, h.reference_count))
-      return std::nullopt;
-  } catch (const std::bad_alloc&) {
-    return std::nullopt;  // the build that follows reports it
-  }
+  if (!read_array(in, bvh.nodes, h.node_count) || !read_array(in, bvh.references, h.reference_count))
+    return std::nullopt;
   if (!XXH128_isEqual(checksum_of(h, bvh), h.checksum)) return std::nullopt;
   // The checksum tells damage, not intent, and stacks are as deep as the tree says.
   const std::optional<Shape> shape = shape_of(bvh, triangle_count);
@@ -144,6 +137,19 @@ std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std:
                .bytes = bytes - sizeof(Header),
                .from_cache = true};
   return bvh;
+}
+
+std::optional<Bvh> load(const std::filesystem::path& path, const Hash& key, std::size_t triangle_count) {
+  const InputStream in = open_cache(path);
+  struct stat info {};
+  if (!in || ::fstat(::fileno(in.get()), &info) != 0) return std::nullopt;
+  try {
+    std::optional<Bvh> bvh = read_tree(in.get(), std::uint64_t(info.st_size), key, triangle_count);
+    if (!bvh) say_damaged_cache(path);
+    return bvh;
+  } catch (const std::bad_alloc&) {
+    return std::nullopt;  // the build that follows reports it
+  }
 }
 
 void save(const std::filesystem::path& path, const Hash& key, const Bvh& bvh) {

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from . import _query
 from ._array import Array
@@ -86,7 +87,7 @@ class _Run:
         return times[0].device_ms
 
     def record(self) -> dict[str, Any]:
-        median = statistics.median(self.times)
+        median = float(np.median(self.times))
         return {
             **self.what,
             "rays": len(self.rays),

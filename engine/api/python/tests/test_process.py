@@ -263,6 +263,34 @@ class SubInterpreters(Process):
         self.assertRegex(text, "^ballot cannot be imported in a sub-interpreter.*\n4\n$")
 
 
+class Caches(Process):
+    TRACE = """
+        scene = ballot.Scene(*ref.soup(3000))
+        print("hits", np.flatnonzero(scene.trace(ref.random_rays(50))["prim"] != ballot.MISS).tolist())
+        """
+
+    def test_that_are_damaged_are_told_and_made_anew(self):
+        with tempfile.TemporaryDirectory() as folder:
+            good = self.output(self.TRACE, XDG_CACHE_HOME=folder)
+            self.assertRegex(good, r"^hits \[\d.*\]\n$")
+            kept = [os.path.join(at, name) for at, _, names in os.walk(os.path.join(folder, "ballot")) for name in names
+                    if "mesa" not in at]  # fmt: skip
+            for file in kept:
+                with open(file, "wb") as old:
+                    old.write(b"of another version")
+            self.assertGreater(len(kept), 1)
+            told = self.output(self.TRACE, XDG_CACHE_HOME=folder)
+            self.assertRegex(told, f"^ballot: {folder}/.* is damaged or of another version; it is made anew\nhits")
+            self.assertTrue(told.endswith(good), told)
+            self.assertEqual(self.output(self.TRACE, XDG_CACHE_HOME=folder), good)
+
+    @unittest.skipUnless(os.path.isdir("/sys/kernel"), "no folder where nobody can write")
+    def test_a_home_that_cannot_be_written_is_told(self):
+        told = self.output(self.TRACE, XDG_CACHE_HOME="/sys")
+        self.assertRegex(told, "^ballot: no cache: /sys/ballot cannot be written: .*; name a folder of your own in "
+                               "XDG_CACHE_HOME\nhits .*\n$")  # fmt: skip
+
+
 class Exits(Process):
     def test_with_a_job_that_runs(self):
         text = self.output("""
