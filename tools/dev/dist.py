@@ -55,7 +55,6 @@ cd /tmp; python -m ballot
 """
 DEBS = """
 rm -rf /tmp/tree; mkdir /tmp/tree; cd /tmp/tree; tar -xf /pypi/tree.tar
-unset PIP_NO_INDEX PIP_FIND_LINKS
 python3 tools/dev.py deb
 apt-get -qq -y --no-install-recommends install ./build/deb/dist/*.deb
 cd /tmp; /usr/bin/python3 -m ballot; ballot selftest

@@ -168,7 +168,7 @@ def python(door: Door) -> str:
     of["scenes"] = [r for r in door.rows["BallotSceneOptions"] if not r.kinds]
     of["files"] = door.rows["BallotSceneOptions"]
     lines = ['"""What the C interface says: options, columns, infos and error codes. Made by door.py."""', "",
-             "from __future__ import annotations", "", "import enum", "import re",
+             "from __future__ import annotations", "", "import enum",
              "from collections.abc import Callable, Mapping", "from typing import NamedTuple, TypedDict", "",
              "import numpy as np", "", "",
              "class Code(enum.IntEnum):", '    """The kind of a failure, Error.code."""', ""]  # fmt: skip
@@ -207,14 +207,12 @@ def python(door: Door) -> str:
     lines += ["", "_TEXTS = {", *(f"    \"{name}\": '''{text}'''," for name, text in texts.items()), "}", "", "",
               "def documented(function: _F) -> _F:",
               '    """Puts the texts of options and columns where a docstring names them: {hits_options}."""',
-              "    text = function.__doc__ or \"\"",
-              "    for name, words in _TEXTS.items():",
-              '        if "{" + name + "}" not in text:  # most are not, and patterns take long to compile',
-              "            continue",
-              '        rows = words.replace("\\n", "\\n{0}")',
-              '        text = re.sub(r"^( *)\\{" + name + r"\\}", '
-              'lambda at: at[1] + rows.replace("{0}", at[1]), text, flags=re.M)',
-              "    function.__doc__ = text", "    return function", ""]  # fmt: skip
+              "    lines = []",
+              "    for line in (function.__doc__ or \"\").split(\"\\n\"):",
+              "        name, indent = line.strip(), line[: len(line) - len(line.lstrip())]",
+              "        words = _TEXTS.get(name[1:-1]) if name.startswith(\"{\") else None",
+              "        lines.append(line if words is None else indent + words.replace(\"\\n\", \"\\n\" + indent))",
+              "    function.__doc__ = \"\\n\".join(lines)", "    return function", ""]  # fmt: skip
     text = "\n".join(lines)
     return text.replace("import NamedTuple, TypedDict\n", "import NamedTuple, TypedDict, TypeVar\n").replace(
         "import numpy as np\n", 'import numpy as np\n\n_F = TypeVar("_F", bound=Callable[..., object])\n', 1)

@@ -32,15 +32,12 @@ Threads   Everything may be called from any thread. Calls on one device run one 
 
 def _refuse_subinterpreter() -> None:
     """Raises ImportError in a sub-interpreter: the extension has one state for the whole process."""
+    import sys
     from importlib import import_module
 
-    for name in ("_interpreters", "_xxsubinterpreters"):  # of Python 3.13, and before
-        try:
-            interpreters = import_module(name)
-            break
-        except ImportError:
-            pass
-    else:
+    try:
+        interpreters = import_module("_interpreters" if sys.version_info >= (3, 13) else "_xxsubinterpreters")
+    except ImportError:
         return
     here, main = interpreters.get_current(), interpreters.get_main()
     if (here[0] if isinstance(here, tuple) else here) != (main[0] if isinstance(main, tuple) else main):

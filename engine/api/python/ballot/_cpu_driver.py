@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-from importlib import import_module
-from importlib.util import find_spec
 
 from . import _ballot
 from ._door import Code, DeviceInfo
@@ -46,9 +44,11 @@ def provide() -> None:
         if _looked:
             return
         _looked = True
-        if any(name in os.environ for name in (*_NAMES, "BALLOT_VULKAN_LOADER")) or not find_spec("ballot_lavapipe"):
+        if any(name in os.environ for name in (*_NAMES, "BALLOT_VULKAN_LOADER")):
             return
-        if not _without_driver():
+        from importlib import import_module, util  # here, as `import ballot` is to be fast
+
+        if not util.find_spec("ballot_lavapipe") or not _without_driver():
             return
         ballot_lavapipe = import_module("ballot_lavapipe")
         os.environ.update(dict.fromkeys(_NAMES, ballot_lavapipe.ICD))

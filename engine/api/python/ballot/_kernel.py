@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -79,8 +78,9 @@ class Kernel(Closable):
         if not isinstance(source, str):
             if not isinstance(source, os.PathLike):
                 raise TypeError(f"source: found {type(source).__name__}; expected the text, or the path of a file")
-            path = Path(source)
-            file, source = str(path) if file is None else file, path.read_text(encoding="utf-8")
+            path = os.fspath(source)
+            with open(path, encoding="utf-8") as text:
+                file, source = os.fsdecode(path) if file is None else file, text.read()
         self._handle = _ballot.Kernel(
             device_or_default(device)._handle,
             _query.text(source, "source"),
