@@ -266,13 +266,13 @@ class SubInterpreters(Process):
 class Caches(Process):
     TRACE = """
         scene = ballot.Scene(*ref.soup(3000))
-        print("hits", np.flatnonzero(scene.trace(ref.random_rays(50))["prim"] != ballot.MISS).tolist())
+        print("hits", np.flatnonzero(scene.trace(ref.random_rays(50000))["prim"] != ballot.MISS).sum())
         """
 
     def test_that_are_damaged_are_told_and_made_anew(self):
         with tempfile.TemporaryDirectory() as folder:
             good = self.output(self.TRACE, XDG_CACHE_HOME=folder)
-            self.assertRegex(good, r"^hits \[\d.*\]\n$")
+            self.assertRegex(good, r"^hits \d+\n$")
             kept = [os.path.join(at, name) for at, _, names in os.walk(os.path.join(folder, "ballot")) for name in names
                     if "mesa" not in at]  # fmt: skip
             for file in kept:
