@@ -1,5 +1,5 @@
-// Files of the caches. They only save time: one that is missing, damaged or not to be trusted counts as missing. One line
-// on standard error tells of the first damaged one.
+// Files of the caches. They only save time: one that is missing, damaged or not to be trusted counts as missing. One
+// line on standard error tells of the first damaged one.
 //
 // What a cache holds goes to the device and its driver unparsed, and is written at names that can be foretold. So
 // files are read and written through the descriptor of an open folder. Below the folder that the environment names

@@ -6,7 +6,6 @@ of Python, which takes the library of the system, copyrights and change logs.
 
 import gzip
 import shutil
-import sys
 from email.utils import formatdate
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from dev.wheel import PACKAGE
 
 FOLDER = ROOT / "build" / "deb"
 FILES = FOLDER / "files"
+PYTHON = "/usr/bin/python3"  # that of the release
 NAMES = {"runtime": "libballot1", "development": "libballot-dev", "python": "python3-ballot", "tools": "ballot"}
 CONTACT = "the authors of Ballot <maintainers@ballot.invalid>"
 COPYRIGHT = """Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
@@ -69,7 +69,7 @@ def python(library: Path) -> None:
     """Lays the package of Python where Debian has such ones, and what compiles it there."""
     into = FILES / "python" / "lib" / "python3" / "dist-packages"
     environment = FOLDER / "venv"
-    run(sys.executable, "-m", "venv", environment)
+    run(PYTHON, "-m", "venv", environment)
     run(environment / "bin" / "python", "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps",
         "--no-compile", "--upgrade", "--target", into, f"--config-settings=cmake.define.BALLOT_LIBRARY={library}",
         "--config-settings=cmake.define.BALLOT_HOLD_LIBRARY=OFF", PACKAGE)  # fmt: skip
@@ -83,9 +83,9 @@ def python(library: Path) -> None:
 
 def python_depends() -> str:
     """Returns what the package of Python depends on: the wheel's ABI is that of one version before 3.12."""
-    major, minor = sys.version_info[:2]
-    newer = "" if minor >= 12 else f"python3 (<< {major}.{minor + 1}), "
-    return f"python3 (>= {major}.{minor if newer else 12}~), {newer}python3-numpy"
+    minor = int(run(PYTHON, "-c", "import sys; print(sys.version_info.minor)", capture_output=True).stdout)
+    newer = "" if minor >= 12 else f"python3 (<< 3.{minor + 1}), "
+    return f"python3 (>= 3.{minor if newer else 12}~), {newer}python3-numpy"
 
 
 def make(jobs: int | None) -> list[Path]:
