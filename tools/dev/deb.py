@@ -93,6 +93,7 @@ def make(jobs: int | None) -> list[Path]:
     package_release = release()
     shutil.rmtree(FILES, ignore_errors=True)
     FILES.mkdir(parents=True)
+    (FILES / "triggers").write_text("activate-noawait ldconfig\n", encoding="ascii")
     run("cmake", "--preset", "release", "-B", FOLDER, "--log-level=WARNING", "-DBALLOT_TESTS=OFF",
         "-DBALLOT_SOURCE_SHADERS=", "-DCMAKE_INSTALL_PREFIX=/usr", f"-DBALLOT_DEB={FILES}",
         f"-DCPACK_PACKAGE_CONTACT={CONTACT}", f"-DCPACK_DEBIAN_PACKAGE_RELEASE={package_release}",
