@@ -25,11 +25,11 @@ struct CountWalks {
   static std::string name() { return "crossings"; }
   void choose(std::span<const std::uint32_t> numbers) {
     part = {};
-    for (const std::uint32_t i : numbers) part.add(asked.questions, asked.masks, i);
+    for (const std::uint32_t i : numbers) part.add(asked.questions, asked.words, i);
   }
   std::vector<TreePiece> pieces(std::uint64_t limit) { return kernels.pieces(variant, limit); }
   void ask(const TreePiece& piece, std::span<std::uint32_t> found) {
-    kernels.count(variant, {part.questions, part.masks}, found, times, piece);
+    kernels.count(variant, part, found, times, piece);
   }
   static void add(std::size_t, std::uint32_t& all, std::uint32_t found) { add_count(all, found); }
 };
@@ -51,41 +51,34 @@ class RayQueries::Parts::CountAnswerer : public Answerer<Ray, std::uint32_t> {
       order_.clear();
   }
   void answer(const Chunk<Ray, std::uint32_t>& chunk, TraceTimes& times) override {
-    const std::vector<std::uint32_t>& masks = masks_.emplace_back(read_masks(chunk.first, chunk.here.size()));
-    if (parts_.kernels.count_there(parts_.variant, chunk, masks, times) == 0) return;
+    FilterWords& words = words_.emplace_back(source_.filters.read(chunk.first, chunk.here.size()));
+    words.arrange(order_);
+    if (parts_.kernels.count_there(parts_.variant, chunk, words, times) == 0) return;
     std::vector<std::uint32_t> counts(chunk.here.size());
     chunk.answers.download(counts);
-    RayPart asked{chunk.here.part(0, chunk.here.size()), masks};
+    RayPart asked{chunk.here.part(0, chunk.here.size()), words};
     CountWalks walks{parts_.kernels, parts_.variant, asked, times};
     repair(walks, std::span(counts), kFirstPieces, parts_.gpu, times);
     chunk.answers.upload(counts);
   }
   std::span<const std::uint32_t> end(const Questions<Ray>& rays, std::span<std::uint32_t> counts) override {
-    const std::vector<std::uint32_t> masks = std::move(masks_.front());
-    masks_.pop_front();
-    if (parts_.query.exact) parts_.exact_lists->count({rays.all(), masks}, counts);
+    const FilterWords words = std::move(words_.front());
+    words_.pop_front();
+    if (parts_.query.exact) parts_.exact_lists->count(rays.all(), words, counts);
     return order_.empty() ? counts : rearranged_.back(counts, order_);
   }
 
  private:
-  std::vector<std::uint32_t> read_masks(std::uint64_t first, std::size_t count) {
-    std::vector<std::uint32_t> masks(source_.masks ? count : 0);
-    if (!source_.masks) return masks;
-    source_.masks(first, masks);
-    if (!order_.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(masks, order_);
-    return masks;
-  }
-
   Parts& parts_;
   const RaySource& source_;
   std::vector<std::uint32_t> order_;  // of the chunk under way; empty: as they came
   Rearranged<Ray, std::uint32_t> rearranged_;
-  std::deque<std::vector<std::uint32_t>> masks_;  // of the chunks whose counts have not come yet
+  std::deque<FilterWords> words_;  // of the chunks whose counts have not come yet
 };
 
 TraceTimes RayQueries::count(const RaySource& source, const TakeCounts& take, const CrossingQuery& query) {
   if (source.count == 0) return {};
-  parts_->begin(bool(source.masks), query);
+  parts_->begin(source.filters.bits(), query);
   Stream<Ray, std::uint32_t> stream{
       .most = source.count, .make = source.make, .take = take, .progress = source.progress};
   stream.next = [&](std::uint64_t first, std::span<Ray> room) {

@@ -9,8 +9,8 @@ namespace {
 /// Returns the defines of a kernel. `alpha`: those of surfaces, if it reads them.
 Defines defines_of(const CrossingVariant& v, bool wide, const Defines& alpha) {
   Defines defines{{"BALLOT_LISTS", int(v.lists)}, {"BALLOT_FIRST", v.first > 0}, {"BALLOT_ANY", v.any},
-                  {"BALLOT_WIDE", wide},          {"BALLOT_EXACT", v.exact},     {"BALLOT_MASKS", v.masks},
-                  {"BALLOT_CULL", int(v.cull)},   {"BALLOT_ALPHA", v.alpha}};
+                  {"BALLOT_LAST", v.last},        {"BALLOT_WIDE", wide},         {"BALLOT_EXACT", v.exact},
+                  {"BALLOT_CULL", int(v.cull)},   {"BALLOT_ALPHA", v.alpha},     {"BALLOT_FILTERS", int(v.filters)}};
   if (v.alpha) defines.insert(defines.end(), alpha.begin(), alpha.end());
   return defines;
 }
@@ -19,8 +19,13 @@ constexpr CrossingVariant kResults[] = {{},
                                         {.lists = LISTS_ROWS},
                                         {.lists = LISTS_PLACES},
                                         {.lists = LISTS_ROWS, .first = 1},
+                                        {.lists = LISTS_ROWS, .first = 1, .last = true},
                                         {.lists = LISTS_ROWS, .any = true, .first = 1},
-                                        {.lists = LISTS_PLACES, .first = 1}};
+                                        {.lists = LISTS_PLACES, .first = 1},
+                                        {.lists = LISTS_PLACES, .first = 1, .last = true}};
+
+// Filters of registered kernels. Others are compiled likewise.
+constexpr std::uint32_t kFilters[] = {0, 1u << FILTER_MASK, 1u << FILTER_EXCLUDED | 1u << FILTER_GROUP};
 
 /// Returns true if a kernel for this result is used. Mode exact alone lists first crossings that fit into no row, and
 /// does not end a walk early.
@@ -32,10 +37,10 @@ std::vector<KernelSource> crossing_sources(const DeviceInfo& device, const TreeF
   std::vector<KernelSource> sources;
   for (CrossingVariant v : kResults)
     for (const bool exact : {false, true})
-      for (const bool masks : {false, true})
+      for (const std::uint32_t filters : kFilters)
         for (const Cull cull : {Cull::None, Cull::Back, Cull::Front})
           for (const bool wide : {false, true}) {
-            v.exact = exact, v.masks = masks, v.cull = cull;
+            v.exact = exact, v.filters = filters, v.cull = cull;
             if (is_used(v)) sources.push_back(query_source("crossings", device, tree, defines_of(v, wide, {}), wide));
           }
   return sources;
@@ -52,9 +57,9 @@ std::vector<KernelSource> alpha_crossing_sources(const DeviceInfo& device, const
   return sources;
 }
 
-void CrossingKernels::prepare(bool masks, std::span<const std::uint32_t> triangle_masks) {
+std::uint32_t CrossingKernels::prepare(std::uint32_t filters, std::span<const std::uint32_t> triangle_masks) {
   if (whole_.update()) kernels_.clear();
-  if (masks) masks_.take(tree(), triangle_masks);
+  return filters_.take(tree(), filters, triangle_masks);
 }
 
 QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs) {
@@ -72,7 +77,7 @@ QueryKernel& CrossingKernels::kernel(const CrossingVariant& variant, bool pairs)
   }
   one->prepare();
   if (variant.alpha) one->bind(alpha_);
-  if (variant.masks) masks_.bind_triangles(*one);
+  if (variant.filters) filters_.bind_scene(*one);
   return *one;
 }
 
@@ -81,23 +86,23 @@ std::vector<TreePiece> CrossingKernels::pieces(const CrossingVariant& variant, s
 }
 
 std::uint32_t CrossingKernels::count_there(const CrossingVariant& variant, const Chunk<Ray, std::uint32_t>& chunk,
-                                           std::span<const std::uint32_t> masks, TraceTimes& times) {
+                                           const FilterWords& words, TraceTimes& times) {
   QueryKernel& counts = kernel(variant, false);
   counts.bind(BIND_RAYS, chunk.questions);
   counts.bind(BIND_CROSSINGS, chunk.answers);
-  if (variant.masks) masks_.bind(counts, chunk.here.size(), masks, false);
+  filters_.bind(counts, chunk.here.size(), words, false);
   return counts.answer(0, chunk.count(), {tree().root()}, times, chunk.launched);
 }
 
-std::uint32_t CrossingKernels::count(const CrossingVariant& variant, const RaySpan& some,
+std::uint32_t CrossingKernels::count(const CrossingVariant& variant, const ListPart<Ray>& some,
                                      std::span<std::uint32_t> found, TraceTimes& times, const TreePiece& piece) {
   QueryKernel& counts = kernel(variant, true);
-  Buffer<Ray>& rays = buffer_for(rays_, gpu_, some.rays.size(), "rays of a query");
-  rays.upload(some.rays);
+  Buffer<Ray>& rays = buffer_for(rays_, gpu_, some.size(), "rays of a query");
+  rays.upload(some.questions);
   counts.bind(BIND_RAYS, rays);
-  counts.bind(BIND_CROSSINGS, buffer_for(counts_, gpu_, some.rays.size(), "numbers of crossings"));
-  if (variant.masks) masks_.bind(counts, some.rays.size(), some.masks, true);
-  const std::uint32_t unfinished = counts.run(std::uint32_t(some.rays.size()), piece, times);
+  counts.bind(BIND_CROSSINGS, buffer_for(counts_, gpu_, some.size(), "numbers of crossings"));
+  filters_.bind(counts, some.size(), some.words, true);
+  const std::uint32_t unfinished = counts.run(std::uint32_t(some.size()), piece, times);
   counts_->download(found);
   return unfinished;
 }

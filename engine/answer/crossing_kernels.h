@@ -6,7 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/answer/query_masks.h"
+#include "engine/answer/lists.h"
+#include "engine/answer/query_filters.h"
 #include "engine/answer/ray_queries.h"
 
 namespace ballot {
@@ -14,16 +15,12 @@ namespace ballot {
 /// What kernels of crossings are compiled for.
 struct CrossingVariant {
   std::uint32_t lists = LISTS_NONE, row = 0;  // shaders/lib/query/listing.glsl
-  bool exact = false, masks = false, alpha = false, any = false;
+  bool exact = false, alpha = false, any = false;
+  std::uint32_t filters = 0;  // FILTER_..., as bits
   Cull cull = Cull::None;
   std::uint32_t first = 0;  // the ray's nearest `first` crossings; 0: all
+  bool last = false;        // the farthest instead
   friend auto operator<=>(const CrossingVariant&, const CrossingVariant&) = default;
-};
-
-/// Rays of a dispatch, and the mask of each; no masks: all bits.
-struct RaySpan {
-  std::span<const Ray> rays;
-  std::span<const std::uint32_t> masks = {};
 };
 
 /// Returns the sources of the kernels of crossings, but for those that read alpha, for a device and a tree with these
@@ -35,28 +32,28 @@ class CrossingKernels {
  public:
   /// Keeps references to gpu and scene.
   CrossingKernels(Context& gpu, DeviceTree& scene, SurfaceAlpha alpha)
-      : gpu_(gpu), whole_(gpu, scene), alpha_(std::move(alpha)), masks_(gpu) {}
+      : gpu_(gpu), whole_(gpu, scene), alpha_(std::move(alpha)), filters_(gpu) {}
 
-  /// Follows the scene's tree and, if masks are asked for, takes those of its triangles; none: all bits. Call it before
-  /// a query. Throws Error(Arguments) if there are not as many masks as triangles.
-  void prepare(bool masks, std::span<const std::uint32_t> triangle_masks);
+  /// Follows the scene's tree and takes what filters need of it. Call it before a query. Returns and throws as
+  /// QueryFilters::take().
+  std::uint32_t prepare(std::uint32_t filters, std::span<const std::uint32_t> triangle_masks);
   DeviceTree& tree() { return whole_.tree(); }
   /// Returns true if some surface of the scene lets rays pass.
   bool has_alpha() const { return !alpha_.defines.empty(); }
-  /// Returns a kernel, prepared, with all bound that it reads besides rays and their masks. `pairs`: it walks pieces of
+  /// Returns a kernel, prepared, with all bound that it reads besides rays and their words. `pairs`: it walks pieces of
   /// the tree.
   QueryKernel& kernel(const CrossingVariant& variant, bool pairs);
-  /// The masks of rays, which are bound by who asks a kernel of a variant with masks.
-  QueryMasks& masks() { return masks_; }
+  /// The words of rays, which are bound by who asks a kernel of a variant with filters.
+  QueryFilters& filters() { return filters_; }
 
   /// Counts the crossings of each ray in a piece of the tree. Returns how many rays were cut short: their count is
   /// UNFINISHED. The count of a ray that mode exact leaves open is UNSURE.
-  std::uint32_t count(const CrossingVariant& variant, const RaySpan& some, std::span<std::uint32_t> found,
+  std::uint32_t count(const CrossingVariant& variant, const ListPart<Ray>& some, std::span<std::uint32_t> found,
                       TraceTimes& times, const TreePiece& piece);
-  /// The same in the whole tree for rays and counts on the device: records that, or does it and waits. `masks` are
+  /// The same in the whole tree for rays and counts on the device: records that, or does it and waits. `words` are
   /// those of the rays.
   std::uint32_t count_there(const CrossingVariant& variant, const Chunk<Ray, std::uint32_t>& chunk,
-                            std::span<const std::uint32_t> masks, TraceTimes& times);
+                            const FilterWords& words, TraceTimes& times);
 
   /// Returns pieces that together hold the tree, each of at most `limit` steps.
   std::vector<TreePiece> pieces(const CrossingVariant& variant, std::uint64_t limit);
@@ -72,7 +69,7 @@ class CrossingKernels {
   std::map<CrossingVariant, Kernels> kernels_;
   std::unique_ptr<Buffer<Ray>> rays_;
   std::unique_ptr<Buffer<std::uint32_t>> counts_;
-  QueryMasks masks_;
+  QueryFilters filters_;
 };
 
 }  // namespace ballot

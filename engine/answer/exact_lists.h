@@ -14,21 +14,25 @@ namespace ballot {
 class ExactLists {
  public:
   /// Keeps references to the tree, its arrays and to the query's masks.
-  ExactLists(DeviceTree& tree, const CrossingQuery& query) : tree_(tree), oracle_(tree.oracle_scene()), query_(query) {}
+  ExactLists(DeviceTree& tree, const CrossingQuery& query)
+      : tree_(tree), oracle_(tree.oracle_scene()), query_(query), judge_(tree.forest(), query.triangle_masks) {}
 
   /// Replaces each count that is UNSURE by the exact one, on all cores.
-  void count(const RaySpan& rays, std::span<std::uint32_t> counts) const;
+  void count(std::span<const Ray> rays, const FilterWords& words, std::span<std::uint32_t> counts) const;
   /// Returns the crossings of each ray, in order. Finds them on all cores.
-  std::vector<std::vector<Hit>> lists(const RaySpan& rays) const;
+  std::vector<std::vector<Hit>> lists(const ListPart<Ray>& rays) const;
   /// Puts all crossings of a ray into the exact order, with the oracle's t, u and v.
   void put_in_order(const Ray& ray, std::vector<Hit>& hits) const;
 
  private:
-  std::vector<ExactCrossing> find(const RaySpan& rays, std::size_t i) const;
+  std::vector<ExactCrossing> find(const Ray& ray, const FilterWords& words, std::size_t i) const;
+  Ray walked(const Ray& ray) const;
+  std::vector<Hit> hits_of(const std::vector<ExactCrossing>& crossings) const;
 
   DeviceTree& tree_;
   ExactCrossings oracle_;
   CrossingQuery query_;
+  FilterJudge judge_;
 };
 
 }  // namespace ballot

@@ -49,10 +49,10 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
   }
 
   void answer(const Chunk<Question, std::uint32_t>& chunk, TraceTimes& times) override {
-    UnderWay now{kind_.masks(chunk.first, chunk.here.size())};
-    if (!order_.empty() && !now.masks.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(now.masks, order_);
+    UnderWay now{kind_.words(chunk.first, chunk.here.size())};
+    now.words.arrange(order_);
     QueryKernel& first = stages_.to_rows(chunk.here.size());
-    kind_.bind_masks(first, chunk.here.size(), now.masks, false);
+    kind_.bind_words(first, chunk.here.size(), now.words, false);
     stages_.walk(first, asked(chunk), times);
     if (!alone_) list(asked(chunk), now, times);
     under_way_.push_back(std::move(now));
@@ -72,7 +72,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
     const std::span<const Question> questions = asked.all();
     Lists lists{alone_ ? rows(numbers) : places(numbers, mine), {}};
     lists.records = alone_ ? mapped(*rooms_.rows) : mine.records;
-    list_open({questions, mine.masks, numbers}, lists);
+    list_open({questions, mine.words, numbers}, lists);
     collect(questions, lists);
     return std::span<const std::uint32_t>(rooms_.counts).first(numbers.size());
   }
@@ -88,7 +88,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
  private:
   /// A chunk that the device has not ended, or the host not taken.
   struct UnderWay {
-    std::vector<std::uint32_t> masks;
+    FilterWords words;
     std::uint32_t longest = ~0u;  // list that has a place
     std::uint64_t room = 0;
     std::span<const Record> records = {};  // the lists, once the device has ended
@@ -96,7 +96,8 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
   /// The questions of a chunk as they were asked, and the numbers of their records.
   struct Asked {
     std::span<const Question> questions;
-    std::span<const std::uint32_t> masks, numbers;
+    const FilterWords& words;
+    std::span<const std::uint32_t> numbers;
   };
   /// The records of questions before they are put into order. Those of most lie in rows or places; few questions have a
   /// list of their own.
@@ -174,7 +175,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
     questions.upload(part.questions);
     kernel.bind(BIND_RAYS, questions);
     kernel.bind(BIND_CROSSINGS, buffer_for(rooms_.numbers, gpu_, part.size(), "lengths of lists apart"));
-    kind_.bind_masks(kernel, part.size(), part.masks, true);
+    kind_.bind_words(kernel, part.size(), part.words, true);
     kernel.run(std::uint32_t(part.size()), piece, again_);
     rooms_.numbers->download(numbers);
   }
@@ -230,7 +231,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
     };
     const auto part_of = [&](std::size_t i) {
       Part one;
-      one.add(asked.questions, asked.masks, i);
+      one.add(asked.questions, asked.words, i);
       return one;
     };
     std::vector<std::uint32_t> more, unsure, cut;  // more: questions that need more room
@@ -239,7 +240,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
       if (asked.numbers[i] == UNFINISHED)
         cut.push_back(i);
       else if (asked.numbers[i] == UNSURE)
-        unsure.push_back(i), unsure_part.add(asked.questions, asked.masks, i);
+        unsure.push_back(i), unsure_part.add(asked.questions, asked.words, i);
       else if (asked.numbers[i] > lists.places[i].count)
         more.push_back(i);
     }
@@ -252,7 +253,7 @@ class ListAnswerer : public Answerer<Question, std::uint32_t> {
       std::vector<std::uint32_t> to{0};
       for (; end < more.size() && (end == first || to.back() + std::uint64_t{asked.numbers[more[end]]} <= kMostRecords);
            ++end) {
-        part.add(asked.questions, asked.masks, more[end]);
+        part.add(asked.questions, asked.words, more[end]);
         to.push_back(to.back() + asked.numbers[more[end]]);
       }
       std::vector<std::uint32_t> numbers(part.size());

@@ -130,7 +130,7 @@ class ListsThere {
   /// Numbers the records of a part, and writes the first to `rows` if wanted.
   bool walk(bool rows, std::uint64_t first, std::uint32_t some, Buffer<std::uint32_t>& counts) {
     QueryKernel& kernel = rows ? stages_.to_rows(some) : kind_.kernel(ListForm::Numbers, false);
-    kind_.bind_masks_there(kernel, first, some);
+    kind_.bind_words_there(kernel, first, some);
     return stages_.walk(kernel, part(first, some, counts), times_) == 0;
   }
   void append(const Asked& asked, std::uint64_t first, Buffer<std::int64_t>* offsets, std::uint32_t room) {
@@ -213,6 +213,11 @@ class DeviceListsSink {
 /// Throws Error(Arguments) if an array has fewer records than a call needs.
 inline void check_there(std::uint64_t has, std::uint64_t count, const char* what, const char* name) {
   if (has < count) fail(Failure::Arguments, "{} on the device: found {} {}; expected {}", what, has, name, count);
+}
+inline void check_there(const DeviceFilters& filters, std::uint64_t count, const char* what) {
+  constexpr const char* kNames[FILTERS] = {"masks", "excluded triangles", "groups"};
+  for (std::size_t f = 0; f < FILTERS; ++f)
+    if (filters.of[f]) check_there(filters.of[f]->size(), count, what, kNames[f]);
 }
 template <class Record>
 void check_there(std::uint64_t questions, const char* name, const DeviceLists<Record>& to, std::uint64_t count) {

@@ -10,6 +10,7 @@
 #include <array>
 #include <deque>
 
+#include "engine/answer/filters.h"
 #include "engine/answer/query_kernel.h"
 #include "engine/answer/stream.h"
 
@@ -24,12 +25,12 @@ inline bool before(const Within& a, const Within& b) {
 template <class Question>
 struct ListPart {
   std::vector<Question> questions;
-  std::vector<std::uint32_t> masks;  // of each, or none
+  FilterWords words;  // of each
 
   std::size_t size() const { return questions.size(); }
-  void add(std::span<const Question> from, std::span<const std::uint32_t> masks_of, std::size_t i) {
+  void add(std::span<const Question> from, const FilterWords& words_of, std::size_t i) {
     questions.push_back(from[i]);
-    if (!masks_of.empty()) masks.push_back(masks_of[i]);
+    words.add(words_of, i);
   }
 };
 
@@ -48,19 +49,19 @@ class ListKind {
   virtual bool has_rest() const { return true; }
   /// Returns the most records of a list that are wanted: the first ones.
   virtual std::uint32_t most() const { return ~0u; }
-  /// Returns a kernel with all bound that it reads besides questions and masks. Rest: the masks that were bound last
-  /// are bound too.
+  /// Returns a kernel with all bound that it reads besides questions and words of theirs. Rest: the words that were
+  /// bound last are bound too.
   virtual QueryKernel& kernel(ListForm form, bool pieces) = 0;
   virtual std::vector<TreePiece> pieces(std::uint64_t limit) = 0;
   virtual TreePiece whole() = 0;
   /// Writes an order in which neighbours are alike. Returns false, and no order, if they are so already.
   virtual bool order(std::span<const Question> questions, std::vector<std::uint32_t>& order) = 0;
-  /// Returns the masks of questions; none: it has no masks.
-  virtual std::vector<std::uint32_t> masks(std::uint64_t, std::size_t) { return {}; }
-  /// Binds the masks of the questions that are asked next. `apart`: those of a stream stay as they are.
-  virtual void bind_masks(QueryKernel&, std::size_t, std::span<const std::uint32_t>, bool) {}
+  /// Returns the words of questions that filters read.
+  virtual FilterWords words(std::uint64_t, std::size_t) { return {}; }
+  /// Binds those of the questions that are asked next. `apart`: those of a stream stay as they are.
+  virtual void bind_words(QueryKernel&, std::size_t, const FilterWords&, bool) {}
   /// The same for `count` questions on the device from number `first` on.
-  virtual void bind_masks_there(QueryKernel&, std::uint64_t, std::size_t) {}
+  virtual void bind_words_there(QueryKernel&, std::uint64_t, std::size_t) {}
   /// Returns the lists of questions that are UNSURE.
   virtual std::vector<std::vector<Record>> settle(const ListPart<Question>&) { return {}; }
   /// Returns true if the device's order is not that of put_in_order().

@@ -12,7 +12,7 @@ namespace {
 void check_points(const DevicePoints& there, std::uint64_t answers) {
   check_there(there.points.size(), there.count, "point query", "points");
   check_there(answers, there.count, "point query", "answers");
-  if (there.masks) check_there(there.masks->size(), there.count, "point query", "masks");
+  check_there(there.filters, there.count, "point query");
 }
 
 /// Calls run(first, count) for parts of [0, count), at most `most` long each.
@@ -28,7 +28,7 @@ TraceTimes run_there(Context& gpu, Runner& runner, const DevicePoints& there, Bu
   TraceTimes times;
   const PassScope scope(gpu);
   in_parts(there.count, runner.most(), [&](std::uint32_t first, std::uint32_t some) {
-    runner.run_there(there.points, answers, first, some, {.there = there.masks}, settle, times);
+    runner.run_there(there.points, answers, first, some, {.there = &there.filters}, settle, times);
     gpu.flush();
     check_interruption();
   });
@@ -40,7 +40,7 @@ TraceTimes run_there(Context& gpu, Runner& runner, const DevicePoints& there, Bu
 
 TraceTimes PointQueries::nearest(const DevicePoints& there, Buffer<Nearest>& answers, const PointQuery& query) {
   check_points(there, answers.size());
-  auto& runner = parts_->nearest(query, there.masks != nullptr);
+  auto& runner = parts_->nearest(query, there.filters.bits());
   return run_there(parts_->gpu, runner, there, answers, parts_->settle_nearest(query));
 }
 

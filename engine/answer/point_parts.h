@@ -1,8 +1,9 @@
 // The runners of point queries, which calls for points of the host and of the device share. Internal to engine/answer.
 #pragma once
 
+#include <array>
 #include <map>
-#include <tuple>
+#include <utility>
 
 #include "engine/answer/lists.h"
 #include "engine/answer/point_instances.h"
@@ -20,10 +21,17 @@ struct PointQueries::Parts {
 
   /// Parity needs each triangle once, so that query walks a tree without spatial splits.
   Parts(Context& device, DeviceTree& tree, bool in_blocks)
-      : gpu(device), scene(tree), whole(device, tree), within_masks(device), blocks(in_blocks), order(device) {}
+      : gpu(device),
+        scene(tree),
+        whole(device, tree),
+        point_filters(device),
+        within_filters(device),
+        blocks(in_blocks),
+        order(device) {}
 
-  /// Return the runner of a query, prepared for the tree as it is now. `masks`: its points have some.
-  NearestRunner& nearest(const PointQuery& query, bool masks);
+  /// Return the runner of a query, prepared for the tree as it is now. `filters`: those that its points have words
+  /// for.
+  NearestRunner& nearest(const PointQuery& query, std::uint32_t filters);
   InsideRunner& inside(const PointQuery& query);
   /// Returns what inside() and lists walk, as it is now.
   DeviceTree& whole_tree();
@@ -35,10 +43,10 @@ struct PointQueries::Parts {
   Context& gpu;
   DeviceTree& scene;
   WholeTree whole;
-  std::optional<NearestRunner> closest, sides, masked;
+  QueryFilters point_filters, within_filters;
+  std::map<std::pair<bool, std::uint32_t>, std::optional<NearestRunner>> closest;  // by sides, filters
   std::optional<InsideRunner> plain_inside, exact_inside;
-  std::map<std::tuple<bool, std::uint32_t, std::uint32_t>, QueryKernel> within;  // by masks, LISTS_..., row
-  QueryMasks within_masks;
+  std::map<std::array<std::uint32_t, 3>, QueryKernel> within;  // by filters, LISTS_..., row
   const bool blocks;  // closest points of a subgroup are found together; on a CPU voting takes longer
   PointOrder order;   // for that
   ListRooms<ProbePoint, Within> lists;

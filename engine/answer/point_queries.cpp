@@ -12,7 +12,6 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kAllBits = 0xFFFFFFFFu;
 constexpr std::size_t kSettled = 256;  // points that a thread settles at a time
 // Points that the host answers, and that one thread answers alone. In the way in which kFewRays was measured, 32 points
 // took 224 us by the host and 463 by the kernel, 128 points 673 and 838, 512 points 2382 and 2827 at the median and
@@ -37,9 +36,12 @@ Nearest record_of(const glm::vec3& point, const ExactClosest& found, const Oracl
 }
 
 /// Replaces answers by those of the exact nearest triangles.
-void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::span<const std::uint32_t> masks,
+void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, const FilterWords& words,
                     std::span<Nearest> answers, const PseudonormalArray* sides,
                     std::span<const std::uint32_t> triangle_masks) {
+  const FilterJudge judge(tree.forest(), triangle_masks);
+  const bool filters =
+      !triangle_masks.empty() || std::ranges::any_of(words.of, [](const auto& of) { return !of.empty(); });
   const OracleScene& scene = tree.oracle_scene();
   const ExactClosestPoints oracle(scene);
   const Stopwatch watch(tree.walked_s());
@@ -49,10 +51,7 @@ void settle_nearest(DeviceTree& tree, std::span<const ProbePoint> points, std::s
       std::pair<std::uint32_t, Triangle> near(answers[i].prim, {});
       if (near.first != NO_HIT) near.second = scene.world_triangle(near.first);
       std::function<bool(std::uint32_t)> keep;
-      if (!masks.empty())
-        keep = [&, mask = masks[i]](std::uint32_t prim) {
-          return ((triangle_masks.empty() ? kAllBits : triangle_masks[prim]) & mask) != 0;
-        };
+      if (filters) keep = [&, i](std::uint32_t prim) { return judge.keeps(words, i, prim); };
       const auto* known = near.first == NO_HIT ? nullptr : &near;
       const ExactClosest found = oracle.nearest(points[i].at, points[i].limit, known, keep);
       answers[i] = record_of(points[i].at, found, scene, sides);
@@ -72,15 +71,15 @@ void settle_inside(DeviceTree& tree, std::span<const ProbePoint> points, std::sp
 
 }  // namespace
 
-PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuery& query, bool masks) {
-  if (masks && query.sides)
-    fail(Failure::Arguments, "closest points: found masks and sides; expected one of them: sides are those of all");
-  std::optional<NearestRunner>& runner = masks ? masked : query.sides ? sides : closest;
+PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuery& query, std::uint32_t filters) {
+  if (filters && query.sides)
+    fail(Failure::Arguments, "closest points: found filters and sides; expected one of them: sides are those of all");
+  filters = point_filters.take(scene, filters, query.triangle_masks);
+  std::optional<NearestRunner>& runner = closest[{query.sides, filters}];
   const Defines defines{
-      {"BALLOT_SIDES", int(query.sides)}, {"BALLOT_MASKS", int(masks)}, {"BALLOT_BLOCKS", int(blocks)}};
-  if (!runner) runner.emplace(gpu, scene, "closest_point", defines, blocks ? &order : nullptr);
+      {"BALLOT_SIDES", int(query.sides)}, {"BALLOT_FILTERS", int(filters)}, {"BALLOT_BLOCKS", int(blocks)}};
+  if (!runner) runner.emplace(gpu, scene, "closest_point", defines, &point_filters, blocks ? &order : nullptr);
   runner->prepare();
-  if (masks) runner->masks().take(scene, query.triangle_masks), runner->bind_triangle_masks();
   if (query.sides) {
     pseudonormals.update(gpu, scene);
     runner->bind(BIND_PSEUDONORMALS, pseudonormals.device());
@@ -109,15 +108,15 @@ point_queries::Settle<Nearest> PointQueries::Parts::settle_nearest(const PointQu
   if (!query.exact) return {};
   check_takes(find_numeric("exact"), scene.facts().shapes);
   return [this, by = query.sides ? &pseudonormals : nullptr, triangle_masks = query.triangle_masks](
-             std::span<const ProbePoint> points, std::span<const std::uint32_t> masks, std::span<Nearest> answers) {
-    ballot::settle_nearest(scene, points, masks, answers, by, triangle_masks);
+             std::span<const ProbePoint> points, const FilterWords& words, std::span<Nearest> answers) {
+    ballot::settle_nearest(scene, points, words, answers, by, triangle_masks);
   };
 }
 
 point_queries::Settle<std::uint32_t> PointQueries::Parts::settle_inside(const PointQuery& query) {
   if (!query.exact) return {};
   check_takes(find_numeric("exact"), scene.facts().shapes);
-  return [this](std::span<const ProbePoint> points, std::span<const std::uint32_t>, std::span<std::uint32_t> answers) {
+  return [this](std::span<const ProbePoint> points, const FilterWords&, std::span<std::uint32_t> answers) {
     ballot::settle_inside(whole.tree(), points, answers);
   };
 }
@@ -127,7 +126,7 @@ PointQueries::PointQueries(Context& gpu, DeviceTree& tree, std::optional<bool> b
 PointQueries::~PointQueries() = default;
 
 TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& query) {
-  if (stream.most <= kFewNearest && !query.exact && !query.masks)
+  if (stream.most <= kFewNearest && !query.exact && !query.filters.bits())
     if (const auto walk = HostWalk::over(parts_->gpu, parts_->scene, HostWalk::Of::Points)) {
       std::span<const glm::vec3> sides;
       if (query.sides) sides = parts_->pseudonormals.update(parts_->gpu, parts_->scene).all();
@@ -135,7 +134,7 @@ TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& 
                          [&](const ProbePoint& point) { return walk->nearest(point, sides); });
     }
   ask_interruption();
-  return parts_->nearest(query, query.masks != nullptr).run(stream, parts_->settle_nearest(query), query.masks);
+  return parts_->nearest(query, query.filters.bits()).run(stream, parts_->settle_nearest(query), query.filters);
 }
 
 TraceTimes PointQueries::nearest(std::span<const ProbePoint> points, std::span<Nearest> answers,

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "engine/answer/device_lists.h"
+#include "engine/answer/filters.h"
 #include "engine/answer/stream.h"
 #include "shaders/shared/query.h"
 
@@ -30,18 +31,17 @@ struct PointQuery {
   bool exact = false;
   /// Of nearest(): finds Nearest::behind. Takes 72 bytes a triangle for pseudonormals, counted through the instances.
   bool sides = false;
-  /// Of nearest() without sides, and of within(), for points of the host: writes the masks of the points from number
-  /// `first` on. A triangle is left out if its mask shares no bit with the point's. May be empty: all bits.
-  std::function<void(std::uint64_t first, std::span<std::uint32_t> room)> masks = {};
-  /// With masks: a word for each triangle, counted through the instances; none: all bits.
+  /// Of nearest() without sides, and of within(), for points of the host.
+  FilterReaders filters = {};
+  /// A word for each triangle, counted through the instances; none: all bits. FILTER_MASK compares the point's with it.
   std::span<const std::uint32_t> triangle_masks = {};
 };
 
 /// Points of an array on the device.
 struct DevicePoints {
   const Buffer<ProbePoint>& points;
-  std::uint64_t count = 0;                       // the first so many are asked
-  const Buffer<std::uint32_t>* masks = nullptr;  // of each; null: all bits
+  std::uint64_t count = 0;  // the first so many are asked
+  DeviceFilters filters = {};
 };
 
 /// Returns the sources of all kernels of point and ray queries for a device.
@@ -90,17 +90,17 @@ class PointQueries {
   /// distances are computed in float32. Else as nearest().
   TraceTimes within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query = {});
 
-  /// The same for points of an array on the device, whose order is kept; query.masks is theirs. The bits are the same.
+  /// The same for points of an array on the device, whose order is kept; query.filters is theirs. The bits are the same.
   /// On a GPU the host sees no more than the number of all triangles, unless a list has more than 16384: then points
   /// and lists pass through its memory. Throws Error(Arguments) if an array has too few records.
   DeviceListed within(const DevicePoints& points, const DeviceLists<Within>& to, const PointQuery& query = {});
   /// The same as hits: t is the distance, u and v are 0.
   DeviceListed within(const DevicePoints& points, const DeviceLists<Hit>& to, const PointQuery& query = {});
 
-  /// nearest(), also with masks, and inside() for points of an array on the device, whose answers go to the same places
+  /// nearest(), also with filters, and inside() for points of an array on the device, whose answers go to the same places
   /// of another. Without blocks neighbours share a subgroup, so points that are near each other are best next to each
   /// other. The host sees points and answers only with query.exact, and where the driver cuts walks short. Throw
-  /// Error(Arguments) if an array has too few records, or with masks and query.sides.
+  /// Error(Arguments) if an array has too few records, or with filters and query.sides.
   TraceTimes nearest(const DevicePoints& points, Buffer<Nearest>& answers, const PointQuery& query = {});
   TraceTimes inside(const DevicePoints& points, Buffer<std::uint32_t>& answers, const PointQuery& query = {});
 

@@ -11,7 +11,7 @@
 
 #include "engine/answer/coherent_order.h"
 #include "engine/answer/point_order.h"
-#include "engine/answer/query_masks.h"
+#include "engine/answer/query_filters.h"
 #include "engine/answer/repair.h"
 #include "engine/answer/stream.h"
 #include "engine/core/parallel.h"
@@ -52,15 +52,15 @@ struct InsideQuery {
   }
 };
 
-/// Settles answers that the device leaves open. `masks`: of the points, or none. May be empty.
+/// Settles answers that the device leaves open. `words`: of the points, for filters. May be empty.
 template <class Answer>
-using Settle = std::function<void(std::span<const ProbePoint> points, std::span<const std::uint32_t> masks,
-                                  std::span<Answer> answers)>;
+using Settle =
+    std::function<void(std::span<const ProbePoint> points, const FilterWords& words, std::span<Answer> answers)>;
 
-/// The masks of points of a kernel with BALLOT_MASKS: in the host's memory, or on the device; or none.
-struct MasksOf {
-  std::span<const std::uint32_t> here = {};
-  const Buffer<std::uint32_t>* there = nullptr;
+/// The words of points, for filters: in the host's memory, or on the device; or none.
+struct WordsOf {
+  const FilterWords* here = nullptr;
+  const DeviceFilters* there = nullptr;
 };
 
 /// Runs one kind of query: in parts, with buffers that are kept.
@@ -70,36 +70,37 @@ class Runner {
   using Answer = typename Kind::Answer;
   using Launched = std::function<void(std::uint32_t done)>;
 
-  /// `order`: of the points, for a kernel with BALLOT_BLOCKS; null for others.
-  Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines, PointOrder* order = nullptr)
-      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)), masks_(gpu), order_(order) {}
+  /// `filters`: of a kernel with BALLOT_FILTERS, which have taken what it needs of the tree before it is asked. `order`:
+  /// of the points, for a kernel with BALLOT_BLOCKS. Null for others.
+  Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines, QueryFilters* filters = nullptr,
+         PointOrder* order = nullptr)
+      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)), filters_(filters), order_(order) {}
 
   /// Makes the kernel for the tree as it is now. What it reads in addition to tree and points is to be bound then.
-  void prepare() { kernel_.prepare(); }
+  void prepare() {
+    kernel_.prepare();
+    if (filters_) filters_->bind_scene(kernel_);
+  }
   void bind(std::uint32_t binding, const RawBuffer& buffer) { kernel_.bind(binding, buffer); }
   /// Returns the way in which the kernel reads what is not a record of points.
   Fetch fetch() const { return kernel_.fetch(); }
   /// Returns the largest number of points of one dispatch.
   std::uint32_t most() const { return kernel_.most(); }
 
-  /// The masks of a kernel with BALLOT_MASKS, whose runs have `masks_of`.
-  QueryMasks& masks() { return masks_; }
-  void bind_triangle_masks() { masks_.bind_triangles(kernel_); }
-
-  /// Answers the points of a stream. `masks_of`: PointQuery::masks.
+  /// Answers the points of a stream.
   TraceTimes run(const Stream<ProbePoint, Answer>& stream, const Settle<Answer>& settle,
-                 const decltype(PointQuery::masks)& masks_of = {}) {
-    PointAnswerer answerer(*this, settle, masks_of);
+                 const FilterReaders& words = {}) {
+    PointAnswerer answerer(*this, settle, words);
     return StreamRing::of(gpu_).run(stream, answerer);
   }
 
   /// Answers points [first, first + count) of an array on the device, at most most() of them, in their order: records
   /// that, or does it and waits. The host sees them only where the driver cut walks short, or something is left to
-  /// settle. `given`: masks of these points, or on the device of the array's.
+  /// settle. `given`: words of these points, or on the device of the array's.
   void run_there(const Buffer<ProbePoint>& points, Buffer<Answer>& answers, std::uint32_t first, std::uint32_t count,
-                 const MasksOf& given, const Settle<Answer>& settle, TraceTimes& times, const Launched& launched = {}) {
-    if (!given.here.empty()) masks_.bind(kernel_, count, given.here, false);
-    if (given.there) masks_.bind_there(kernel_, given.there, 0, given.there->size());
+                 const WordsOf& given, const Settle<Answer>& settle, TraceTimes& times, const Launched& launched = {}) {
+    if (filters_ && given.here) filters_->bind(kernel_, count, *given.here, false);
+    if (filters_ && given.there) filters_->bind_there(kernel_, *given.there, 0, std::size_t{first} + count);
     kernel_.bind(BIND_RAYS, points);
     kernel_.bind(Kind::kBinding, answers);
     put_in_order(points, first, count, times);
@@ -111,10 +112,10 @@ class Runner {
     std::vector<Answer> found(count);
     points.download(asked, first);
     answers.download(found, first);
-    std::vector<std::uint32_t> masks(given.here.begin(), given.here.end());
-    if (given.there) masks.resize(count), given.there->download(masks, first);
-    if (unfinished) repair_cut(asked, masks, std::span(found), times);
-    if (settle) settle(asked, masks, found);
+    FilterWords words = given.here ? *given.here : FilterWords();
+    if (given.there) words = given.there->readers().read(first, count);
+    if (unfinished) repair_cut(asked, words, std::span(found), times);
+    if (settle) settle(asked, words, found);
     answers.upload(found, first);
   }
 
@@ -123,8 +124,8 @@ class Runner {
   /// read nodes one by one, and a walk takes as long as that of its slowest lane.
   class PointAnswerer : public Answerer<ProbePoint, Answer> {
    public:
-    PointAnswerer(Runner& runner, const Settle<Answer>& settle, const decltype(PointQuery::masks)& masks_of)
-        : runner_(runner), settle_(settle), masks_of_(masks_of) {}
+    PointAnswerer(Runner& runner, const Settle<Answer>& settle, const FilterReaders& words)
+        : runner_(runner), settle_(settle), words_of_(words) {}
     std::size_t most() const override { return std::min<std::size_t>(runner_.most(), kChunk); }
     void arrange(std::span<ProbePoint> points) override {
       order_.clear();
@@ -133,25 +134,25 @@ class Runner {
       rearranged_.arrange(points, order_);
     }
     void answer(const Chunk<ProbePoint, Answer>& c, TraceTimes& times) override {
-      std::vector<std::uint32_t>& masks = masks_.emplace_back(masks_of_ ? c.here.size() : 0);
-      if (masks_of_) masks_of_(c.first, masks);
-      if (masks_of_ && !order_.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(masks, order_);
+      FilterWords& words = words_.emplace_back(words_of_.read(c.first, c.here.size()));
+      words.arrange(order_);
       // Of answers that the host settles none is done before.
-      runner_.run_there(c.questions, c.answers, 0, c.count(), {masks}, {}, times, settle_ ? Launched() : c.launched);
+      runner_.run_there(c.questions, c.answers, 0, c.count(), {.here = &words}, {}, times,
+                        settle_ ? Launched() : c.launched);
     }
     std::span<const Answer> end(const Questions<ProbePoint>& points, std::span<Answer> answers) override {
-      const std::vector<std::uint32_t> masks = std::move(masks_.front());
-      masks_.pop_front();
-      if (settle_) settle_(points.all(), masks, answers);
+      const FilterWords words = std::move(words_.front());
+      words_.pop_front();
+      if (settle_) settle_(points.all(), words, answers);
       return order_.empty() ? answers : rearranged_.back(answers, order_);
     }
 
    private:
     Runner& runner_;
     const Settle<Answer>& settle_;
-    const decltype(PointQuery::masks)& masks_of_;
-    std::deque<std::vector<std::uint32_t>> masks_;  // of the chunks whose answers have not come yet
-    std::vector<std::uint32_t> order_;              // of the chunk under way; empty: as they came
+    const FilterReaders& words_of_;
+    std::deque<FilterWords> words_;     // of the chunks whose answers have not come yet
+    std::vector<std::uint32_t> order_;  // of the chunk under way; empty: as they came
     Rearranged<ProbePoint, Answer> rearranged_;
   };
 
@@ -173,22 +174,21 @@ class Runner {
 
     Runner& runner;
     std::span<const ProbePoint> asked;
-    std::span<const std::uint32_t> masks;
+    const FilterWords& words;
     TraceTimes& times;
     std::vector<ProbePoint> chosen = {};
-    std::vector<std::uint32_t> chosen_masks = {};
+    FilterWords chosen_words = {};
 
     static Answer none() { return Kind::none(); }
     static std::string name() { return Kind::kWhat; }
     void choose(std::span<const std::uint32_t> numbers) {
-      chosen.clear(), chosen_masks.clear();
-      for (const std::uint32_t i : numbers) chosen.push_back(asked[i]);
-      for (std::size_t k = 0; k < numbers.size() && !masks.empty(); ++k) chosen_masks.push_back(masks[numbers[k]]);
+      chosen.clear(), chosen_words = {};
+      for (const std::uint32_t i : numbers) chosen.push_back(asked[i]), chosen_words.add(words, i);
     }
     std::vector<TreePiece> pieces(std::uint64_t limit) { return runner.kernel_.pieces(limit); }
     void ask(const TreePiece& piece, std::span<Answer> found) {
       runner.points_->upload(chosen);
-      if (!masks.empty()) runner.masks_.bind(runner.kernel_, chosen.size(), chosen_masks, true);
+      if (runner.filters_) runner.filters_->bind(runner.kernel_, chosen.size(), chosen_words, true);
       runner.put_in_order(*runner.points_, 0, std::uint32_t(chosen.size()), times);
       runner.kernel_.run(std::uint32_t(chosen.size()), piece, times);
       runner.answers_->download(found);
@@ -196,17 +196,17 @@ class Runner {
     void add(std::size_t k, Answer& all, const Answer& found) { Kind::add(all, found, chosen[k]); }
   };
 
-  void repair_cut(std::span<const ProbePoint> asked, std::span<const std::uint32_t> masks, std::span<Answer> answers,
+  void repair_cut(std::span<const ProbePoint> asked, const FilterWords& words, std::span<Answer> answers,
                   TraceTimes& times) {
     make_room(asked.size());
-    Walks walks{*this, asked, masks, times};
+    Walks walks{*this, asked, words, times};
     repair(walks, answers, kFirstPieces, gpu_, times);
   }
 
   Context& gpu_;
   DeviceTree& tree_;
   QueryKernel kernel_;
-  QueryMasks masks_;
+  QueryFilters* filters_;
   PointOrder* order_;
   std::unique_ptr<Buffer<ProbePoint>> points_;  // that are asked again, in pieces of the tree
   std::unique_ptr<Buffer<Answer>> answers_;

@@ -7,10 +7,10 @@ namespace ballot {
 /// Lists of triangles, each of which lies in one leaf of the tree.
 class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
  public:
-  WithinLists(Parts& parts, const PointQuery& query, const Buffer<std::uint32_t>* masks_there = nullptr)
-      : parts_(parts), query_(query), masks_there_(masks_there) {
+  WithinLists(Parts& parts, const PointQuery& query, const DeviceFilters& words_there = {})
+      : parts_(parts), query_(query), words_there_(words_there) {
     DeviceTree& tree = parts_.whole_tree();
-    if (query.masks) parts.within_masks.take(tree, query.triangle_masks);
+    filters_ = parts.within_filters.take(tree, query.filters.bits(), query.triangle_masks);
   }
 
   QueryKernel& kernel(ListForm form, bool) override {
@@ -19,16 +19,15 @@ class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
                                                          : LISTS_PLACES;
     const std::uint32_t records = form == ListForm::Rows || form == ListForm::Rest ? row() : 0;
     const SpecConstants constants = kind ? SpecConstants{{SPEC_ROW, records}} : SpecConstants{};
-    const bool masks = query_.masks != nullptr;
     DeviceTree& tree = parts_.whole.tree();
     QueryKernel& kernel =
         parts_.within
-            .try_emplace({masks, kind, records}, parts_.gpu, tree, "within",
-                         Defines{{"BALLOT_LISTS", int(kind)}, {"BALLOT_MASKS", masks}}, false, constants)
+            .try_emplace({filters_, kind, records}, parts_.gpu, tree, "within",
+                         Defines{{"BALLOT_LISTS", int(kind)}, {"BALLOT_FILTERS", int(filters_)}}, false, constants)
             .first->second;
     kernel.prepare();
-    if (masks) parts_.within_masks.bind_triangles(kernel);
-    if (masks && form == ListForm::Rest) parts_.within_masks.bind_again(kernel);
+    parts_.within_filters.bind_scene(kernel);
+    if (form == ListForm::Rest) parts_.within_filters.bind_again(kernel);
     if (tree.forest()) {
       parts_.whole_instances.update(parts_.gpu, tree, kernel.fetch());
       kernel.bind(BIND_POINT_INSTANCES, parts_.whole_instances.device());
@@ -41,22 +40,19 @@ class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
     order_points(points, parts_.whole.tree().bvh().bounds, order);
     return true;
   }
-  std::vector<std::uint32_t> masks(std::uint64_t first, std::size_t count) override {
-    std::vector<std::uint32_t> masks(query_.masks ? count : 0);
-    if (query_.masks) query_.masks(first, masks);
-    return masks;
+  FilterWords words(std::uint64_t first, std::size_t count) override { return query_.filters.read(first, count); }
+  void bind_words(QueryKernel& kernel, std::size_t points, const FilterWords& words, bool apart) override {
+    parts_.within_filters.bind(kernel, points, words, apart);
   }
-  void bind_masks(QueryKernel& kernel, std::size_t points, std::span<const std::uint32_t> masks, bool apart) override {
-    if (query_.masks) parts_.within_masks.bind(kernel, points, masks, apart);
-  }
-  void bind_masks_there(QueryKernel& kernel, std::uint64_t first, std::size_t count) override {
-    if (query_.masks) parts_.within_masks.bind_there(kernel, masks_there_, first, count);
+  void bind_words_there(QueryKernel& kernel, std::uint64_t first, std::size_t count) override {
+    parts_.within_filters.bind_there(kernel, words_there_, first, count);
   }
 
  private:
   Parts& parts_;
   const PointQuery& query_;
-  const Buffer<std::uint32_t>* masks_there_;
+  DeviceFilters words_there_;
+  std::uint32_t filters_ = 0;  // of kernels
 };
 
 namespace {
@@ -86,16 +82,12 @@ TraceTimes PointQueries::within(const InsideStream& stream, const TakeWithin& ta
 DeviceListed PointQueries::within(const DevicePoints& there, const DeviceLists<Within>& to, const PointQuery& query) {
   refuse_exact(query);
   check_there(there.points.size(), "points", to, there.count);
-  if (there.masks) check_there(there.masks->size(), there.count, "lists", "masks");
+  check_there(there.filters, there.count, "lists");
   DeviceListed listed;
   PointQuery asked = query;
-  asked.masks = {};
-  if (there.masks)
-    asked.masks = [&](std::uint64_t first, std::span<std::uint32_t> room) {
-      there.masks->download(room, std::size_t(first));
-    };
+  asked.filters = there.filters.readers();
   if (there.count > 0 && !StreamRing::of(parts_->gpu).is_alone()) {
-    Parts::WithinLists kind(*parts_, asked, there.masks);
+    Parts::WithinLists kind(*parts_, asked, there.filters);
     const PassScope scope(parts_->gpu);
     ListsThere lists(parts_->gpu, kind, parts_->lists, there.points, there.count, listed.times);
     if (const auto all = lists.list(to)) return listed.records = *all, listed;

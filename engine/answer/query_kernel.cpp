@@ -88,9 +88,10 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   far.far = true;
   instances.top_depth = 24;
   for (const TreeFacts& tree : {near, far, instances}) {
-    const Defines closest[] = {{{"BALLOT_SIDES", 0}, {"BALLOT_MASKS", 0}},
-                               {{"BALLOT_SIDES", 1}, {"BALLOT_MASKS", 0}},
-                               {{"BALLOT_SIDES", 0}, {"BALLOT_MASKS", 1}}};
+    const Defines closest[] = {{{"BALLOT_SIDES", 0}, {"BALLOT_FILTERS", 0}},
+                               {{"BALLOT_SIDES", 1}, {"BALLOT_FILTERS", 0}},
+                               {{"BALLOT_SIDES", 0}, {"BALLOT_FILTERS", 1}},
+                               {{"BALLOT_SIDES", 0}, {"BALLOT_FILTERS", 6}}};
     for (Defines defines : closest)
       for (const int blocks : {0, 1}) {
         defines.resize(2);
@@ -99,9 +100,9 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
       }
     for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
     for (const std::uint32_t lists : {LISTS_NONE, LISTS_ROWS, LISTS_PLACES})
-      for (const int masks : {0, 1})
+      for (const int filters : {0, 1, 6})
         sources.push_back(
-            query_source("within", device, tree, {{"BALLOT_LISTS", int(lists)}, {"BALLOT_MASKS", masks}}));
+            query_source("within", device, tree, {{"BALLOT_LISTS", int(lists)}, {"BALLOT_FILTERS", filters}}));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
   for (KernelSource& source : column_sources()) sources.push_back(std::move(source));
@@ -229,7 +230,7 @@ std::unique_ptr<Forest> WholeTree::whole_forest(const Forest& scene) {
   std::vector<Placement> placements;
   InstanceNumbers numbers;
   for (std::size_t i = 0; i < scene.size(); ++i) {
-    placements.push_back({scene.mesh_of(i), scene.transforms()[i]});
+    placements.push_back({scene.mesh_of(i), scene.transforms()[i], kMeetsAll, scene.group_of(i)});
     numbers.prims.push_back(scene.first_of(i));
   }
   numbers.prims.push_back(std::uint32_t(scene.triangle_count()));

@@ -15,16 +15,13 @@ RaySource source_of(const DeviceRays& there) {
   RaySource source{.count = there.count, .read = [&](std::uint64_t first, std::span<Ray> room) {
                      there.rays.download(room, std::size_t(first));
                    }};
-  if (there.masks)
-    source.masks = [&](std::uint64_t first, std::span<std::uint32_t> room) {
-      there.masks->download(room, std::size_t(first));
-    };
+  source.filters = there.filters.readers();
   return source;
 }
 
 void check_rays(const DeviceRays& there, const char* what) {
   check_there(there.rays.size(), there.count, what, "rays");
-  if (there.masks) check_there(there.masks->size(), there.count, what, "masks");
+  check_there(there.filters, there.count, what);
 }
 
 /// Returns true if the host takes part: it decides, or the device is the host and its rays are sorted.
@@ -39,7 +36,7 @@ bool RayQueries::Parts::count_there(const DeviceRays& there, Buffer<std::uint32_
   QueryKernel& kernel = kernels.kernel(variant, false);
   kernel.bind(BIND_RAYS, there.rays);
   kernel.bind(BIND_CROSSINGS, counts);
-  if (variant.masks) kernels.masks().bind_there(kernel, there.masks, 0, std::size_t(there.count));
+  kernels.filters().bind_there(kernel, there.filters, 0, std::size_t(there.count));
   const std::uint32_t most = part_size(gpu, kernel.most());
   for (std::uint64_t first = 0; first < there.count; first += most) {
     const auto some = std::uint32_t(std::min<std::uint64_t>(most, there.count - first));
@@ -54,7 +51,7 @@ bool RayQueries::Parts::count_there(const DeviceRays& there, Buffer<std::uint32_
 /// Finds rows of first crossings on the device. Returns false if the driver cut a walk short.
 bool RayQueries::Parts::first_there(const DeviceRays& there, Buffer<Hit>& hits, TraceTimes& times) {
   const RaySource none;
-  Crossings crossings(*this, none, there.masks);
+  Crossings crossings(*this, none, there.filters);
   if (crossings.has_rest()) {
     ListsThere lists(gpu, crossings, rooms, there.rays, there.count, times);
     return lists.rows(buffer_for(numbers, gpu, std::size_t(there.count), "numbers of crossings"), hits);
@@ -69,7 +66,7 @@ bool RayQueries::Parts::first_there(const DeviceRays& there, Buffer<Hit>& hits, 
     const auto some = std::uint32_t(std::min<std::uint64_t>(most, there.count - first));
     kernel.bind(BIND_RAYS, parts.of(first, some));
     kernel.bind(BIND_RECORDS, {hits, first * row, some * row});
-    crossings.bind_masks_there(kernel, first, some);
+    crossings.bind_words_there(kernel, first, some);
     if (kernel.answer(0, some, crossings.whole(), times) > 0) return false;
     gpu.flush();
     check_interruption();
@@ -83,7 +80,7 @@ TraceTimes RayQueries::count(const DeviceRays& there, Buffer<std::uint32_t>& cou
   check_there(counts.size(), there.count, "counts", "counts");
   if (there.count == 0) return {};
   Parts& parts = *parts_;
-  parts.begin(there.masks != nullptr, query);
+  parts.begin(there.filters.bits(), query);
   if (!goes_through_host(parts.gpu, query)) {
     TraceTimes times;
     const PassScope scope(parts.gpu);
@@ -97,14 +94,14 @@ TraceTimes RayQueries::count(const DeviceRays& there, Buffer<std::uint32_t>& cou
 
 TraceTimes RayQueries::first(const DeviceRays& there, std::uint32_t most, Buffer<Hit>& hits,
                              const CrossingQuery& wanted) {
-  if (most == 0) fail(Failure::Arguments, "first crossings: found 0 of each ray; expected at least 1");
+  check_most(most, wanted);
   check_rays(there, "first crossings");
   check_there(hits.size() / most, there.count, "first crossings", fmt::format("rows of {} hits", most).c_str());
   if (there.count == 0) return {};
   CrossingQuery query = wanted;
   query.most = most;
   Parts& parts = *parts_;
-  parts.begin(there.masks != nullptr, query);
+  parts.begin(there.filters.bits(), query);
   if (!goes_through_host(parts.gpu, query)) {
     TraceTimes times;
     const PassScope scope(parts.gpu);
@@ -120,11 +117,11 @@ DeviceListed RayQueries::list(const DeviceRays& there, const DeviceLists<Hit>& t
   check_rays(there, "lists");
   check_there(there.rays.size(), "rays", to, there.count);
   Parts& parts = *parts_;
-  parts.begin(there.masks != nullptr, query);
+  parts.begin(there.filters.bits(), query);
   DeviceListed listed;
   if (there.count > 0 && !goes_through_host(parts.gpu, query) && query.most > 0) {
     const RaySource none;
-    Parts::Crossings crossings(parts, none, there.masks);
+    Parts::Crossings crossings(parts, none, there.filters);
     const PassScope scope(parts.gpu);
     ListsThere lists(parts.gpu, crossings, parts.rooms, there.rays, there.count, listed.times);
     if (const auto all = lists.list(to)) return listed.records = *all, listed;

@@ -20,6 +20,9 @@ constexpr std::uint32_t kRow = 8;         // crossings of a row, if all are list
 constexpr std::size_t kFewRays = 1024;    // fewer are not sorted
 constexpr Hit kMiss{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
 
+/// Throws Error(Arguments) if so many first or last crossings cannot be asked for.
+void check_most(std::uint32_t most, const CrossingQuery& query);
+
 /// A count of crossings, to which those of another piece of the tree are added.
 inline void add_count(std::uint32_t& all, std::uint32_t found) {
   all = all == UNSURE || found == UNSURE ? UNSURE : all + found;
@@ -33,8 +36,8 @@ struct RayQueries::Parts {
   Parts(Context& device, DeviceTree& scene, SurfaceAlpha alpha)
       : gpu(device), kernels(device, scene, std::move(alpha)) {}
 
-  /// Begins a query: makes its kernels for the present tree. `masks`: its rays have some.
-  void begin(bool masks, const CrossingQuery& wanted);
+  /// Begins a query: makes its kernels for the present tree. `filters`: those that its rays have words for.
+  void begin(std::uint32_t filters, const CrossingQuery& wanted);
   bool count_there(const DeviceRays& there, Buffer<std::uint32_t>& counts, TraceTimes& times);
   bool first_there(const DeviceRays& there, Buffer<Hit>& hits, TraceTimes& times);
   class CountAnswerer;

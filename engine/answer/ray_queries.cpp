@@ -7,19 +7,24 @@ namespace ballot {
 
 using namespace ray_queries;
 
-void RayQueries::Parts::begin(bool masks, const CrossingQuery& wanted) {
+void RayQueries::Parts::begin(std::uint32_t filters, const CrossingQuery& wanted) {
   if (wanted.alpha && wanted.exact)
     fail(Failure::Arguments,
          "crossings: found alpha and mode exact; expected one of them: textures are read in float32");
   query = wanted;
   variant = {.exact = query.exact,
-             .masks = masks || !query.triangle_masks.empty(),
              .alpha = query.alpha && kernels.has_alpha(),
+             .filters = kernels.prepare(filters, query.triangle_masks),
              .cull = query.cull};
-  kernels.prepare(variant.masks, query.triangle_masks);
   exact_lists.reset();
   if (query.exact) check_takes(find_numeric("exact"), kernels.tree().facts().shapes);
   if (query.exact) exact_lists.emplace(kernels.tree(), query);
+}
+
+void ray_queries::check_most(std::uint32_t most, const CrossingQuery& query) {
+  if (most == 0) fail(Failure::Arguments, "first crossings: found 0 of each ray; expected at least 1");
+  if (query.last && most > kMostFirst)
+    fail(Failure::Arguments, "last crossings: found {} of each ray; expected 1 to {}", most, kMostFirst);
 }
 
 /// Answers rays by rows of first crossings.
@@ -39,14 +44,14 @@ class RayQueries::Parts::FirstAnswerer : public Answerer<Ray, Hit> {
       order_.clear();
   }
   void answer(const Chunk<Ray, Hit>& chunk, TraceTimes& times) override {
-    std::vector<std::uint32_t> masks = crossings_.masks(chunk.first, chunk.here.size());
-    if (!order_.empty() && !masks.empty()) Rearranged<std::uint32_t, std::uint32_t>().arrange(masks, order_);
+    FilterWords words = crossings_.words(chunk.first, chunk.here.size());
+    words.arrange(order_);
     QueryKernel& kernel = crossings_.kernel(ListForm::Rows, false);
-    crossings_.bind_masks(kernel, chunk.here.size(), masks, false);
+    crossings_.bind_words(kernel, chunk.here.size(), words, false);
     kernel.bind(BIND_RAYS, chunk.questions);
     kernel.bind(BIND_RECORDS, chunk.answers);
     kernel.bind(BIND_CROSSINGS, buffer_for(parts_.numbers, parts_.gpu, chunk.here.size(), "numbers of crossings"));
-    if (kernel.answer(0, chunk.count(), crossings_.whole(), times, chunk.launched) > 0) finish(chunk, masks, times);
+    if (kernel.answer(0, chunk.count(), crossings_.whole(), times, chunk.launched) > 0) finish(chunk, words, times);
   }
   std::span<const Hit> end(const Questions<Ray>&, std::span<Hit> hits) override {
     return order_.empty() ? hits : rearranged_.back(hits, order_, width());
@@ -54,13 +59,13 @@ class RayQueries::Parts::FirstAnswerer : public Answerer<Ray, Hit> {
 
  private:
   /// Answers the rays that the driver cut short.
-  void finish(const Chunk<Ray, Hit>& chunk, std::span<const std::uint32_t> masks, TraceTimes& times) {
+  void finish(const Chunk<Ray, Hit>& chunk, const FilterWords& words, TraceTimes& times) {
     std::vector<std::uint32_t> found(chunk.here.size());
     parts_.numbers->download(found);
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (found[i] != UNFINISHED) continue;
       RayPart one;
-      one.add(chunk.here.all(), masks, i);
+      one.add(chunk.here.all(), words, i);
       std::vector<Hit> hits = lists_.list_in_pieces(one);
       crossings_.put_in_order(chunk.here.all()[i], hits);
       hits.resize(width(), kMiss);
@@ -111,7 +116,7 @@ TakeLists in_rows(std::uint32_t most, const TakeFirst& take) {
 
 TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, const CrossingQuery& query) {
   if (source.count == 0) return {};
-  parts_->begin(bool(source.masks), query);
+  parts_->begin(source.filters.bits(), query);
   if (query.most == 0) {
     const std::vector<std::uint32_t> none(std::min<std::uint64_t>(source.count, kChunk));
     for (std::uint64_t first = 0; first < source.count; first += none.size())
@@ -132,12 +137,12 @@ TraceTimes RayQueries::list(const RaySource& source, const TakeLists& take, cons
 
 TraceTimes RayQueries::first(const RaySource& source, std::uint32_t most, const TakeFirst& take,
                              const CrossingQuery& wanted) {
-  if (most == 0) fail(Failure::Arguments, "first crossings: found 0 of each ray; expected at least 1");
+  check_most(most, wanted);
   CrossingQuery query = wanted;
   query.most = most;
   if (most > kMostFirst || query.exact) return list(source, in_rows(most, take), query);
   if (source.count == 0) return {};
-  parts_->begin(bool(source.masks), query);
+  parts_->begin(source.filters.bits(), query);
   Parts::Crossings crossings(*parts_, source);
   Parts::FirstAnswerer answerer(*parts_, crossings);
   Stream<Ray, Hit> stream{.most = source.count, .make = source.make, .take = take, .progress = source.progress};

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/answer/device_lists.h"
+#include "engine/answer/filters.h"
 #include "engine/answer/stream.h"
 #include "shaders/shared/query.h"
 
@@ -22,15 +23,14 @@ struct RaySource {
   MakeQuestions<Ray> make = {};
   /// Is called after each part with the number of rays that are done. May throw to end the query. May be empty.
   std::function<void(std::uint64_t done)> progress = {};
-  /// Writes the masks of the rays from number `first` on. May be empty: all bits.
-  std::function<void(std::uint64_t first, std::span<std::uint32_t> room)> masks = {};
+  FilterReaders filters = {};
 };
 
 /// Rays of an array on the device.
 struct DeviceRays {
   const Buffer<Ray>& rays;
-  std::uint64_t count = 0;                       // the first so many are asked
-  const Buffer<std::uint32_t>* masks = nullptr;  // of each; null: all bits
+  std::uint64_t count = 0;  // the first so many are asked
+  DeviceFilters filters = {};
 };
 
 /// All crossings of a ray: no limit.
@@ -53,12 +53,13 @@ struct CrossingQuery {
   std::uint32_t most = kAllHits;
   /// first() of one, not in mode exact: any crossing will do, whichever is found first. The walk ends there.
   bool any = false;
+  /// first() of up to 16: the last crossings, the farthest first, at equal t the smallest prim.
+  bool last = false;
   /// Decides as exact arithmetic does, and orders by the exact t. The device decides what a proved bound lets it
   /// decide, the host the rest. t, u and v are then exact to float32's rounding and 2^-30.
   bool exact = false;
   Cull cull = Cull::None;
-  /// A word for each triangle, counted through the instances; none: all bits. A triangle is left out if its mask shares
-  /// no bit with the ray's.
+  /// A word for each triangle, counted through the instances; none: all bits. FILTER_MASK compares the ray's with it.
   std::span<const std::uint32_t> triangle_masks = {};
   /// Leaves out a triangle where its surface stops nothing: where alpha is below the cutoff of a mask, or 0. Changes
   /// nothing in a scene whose surfaces are opaque. Not in mode exact: textures are read in float32.
@@ -102,7 +103,8 @@ class RayQueries {
   TraceTimes list(const RaySource& rays, const TakeLists& take, const CrossingQuery& query = {});
 
   /// Finds the first `most` crossings of each ray, with the bits that list() has. What query.most says does not count.
-  /// Up to 16 are looked for no farther than they lie. Throws as count(), and Error(Arguments) if `most` is 0.
+  /// Up to 16 are looked for no farther than they lie. Throws as count(), and Error(Arguments) if `most` is 0, or above
+  /// 16 with query.last.
   TraceTimes first(const RaySource& rays, std::uint32_t most, const TakeFirst& take, const CrossingQuery& query = {});
 
   /// The same for arrays on the device, in the order of their rays. Counts, lists and rows have the bits of those

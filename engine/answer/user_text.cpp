@@ -206,11 +206,22 @@ bool is_shared_name(std::string_view name) { return kShared.contains(name); }
 
 Defines defines_of(const UserText& user, const UserCalls& c) {
   check_calls(user, c);
-  Defines defines = {{"CALLS_NEAREST", c.nearest}, {"CALLS_ANY", c.any},       {"CALLS_COUNT", c.count},
-                     {"CALLS_CLOSEST", c.closest}, {"CALLS_CORNER", c.corner}, {"CALLS_PLACE", c.place},
-                     {"BALLOT_WIDE", 0},           {"BALLOT_FIRST", 0},        {"BALLOT_ANY", 0},
-                     {"BALLOT_LISTS", 0},          {"BALLOT_EXACT", 0},        {"BALLOT_MASKS", 0},
-                     {"BALLOT_CULL", 0},           {"BALLOT_ALPHA", 0},        {"BALLOT_SIDES", 0}};
+  Defines defines = {{"CALLS_NEAREST", c.nearest},
+                     {"CALLS_ANY", c.any},
+                     {"CALLS_COUNT", c.count},
+                     {"CALLS_CLOSEST", c.closest},
+                     {"CALLS_CORNER", c.corner},
+                     {"CALLS_PLACE", c.place},
+                     {"BALLOT_WIDE", 0},
+                     {"BALLOT_FIRST", 0},
+                     {"BALLOT_ANY", 0},
+                     {"BALLOT_LISTS", 0},
+                     {"BALLOT_EXACT", 0},
+                     {"BALLOT_FILTERS", 0},
+                     {"BALLOT_CULL", 0},
+                     {"BALLOT_ALPHA", 0},
+                     {"BALLOT_SIDES", 0},
+                     {"BALLOT_LAST", 0}};
   if (c.accepts) defines.emplace_back("CALLED_ACCEPT", 1);
   if (c.intersects) defines.emplace_back("CALLED_INTERSECT", 1);
   if (c.intersects && c.is_shape) defines.emplace_back("CALLED_IS_SHAPE", 1);

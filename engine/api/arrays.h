@@ -67,19 +67,16 @@ inline BallotQuery read_query(const BallotQuery* given, const Kind& kind) {
 /// Returns the mask of each triangle's instance, counted through the instances; none: all bits.
 std::vector<std::uint32_t> masks_of_triangles(const SceneState& scene);
 
-/// The masks of points. Keeps a reference to them.
-class PointMasks {
+/// The filters of points. Keeps a reference to them.
+class PointFilters {
  public:
-  PointMasks(const SceneState& scene, const PointArray& points) : points_(points) {
-    if (points.masks()) of_triangles_ = masks_of_triangles(scene);
+  PointFilters(const SceneState& scene, const PointArray& points) : points_(points) {
+    if (points.filters().has(FILTER_MASK)) of_triangles_ = masks_of_triangles(scene);
   }
-  /// Returns a query with these masks, if there are any.
+  /// Returns a query with these filters, if there are any.
   PointQuery on(PointQuery query) const {
-    if (!points_.masks()) return query;
     query.triangle_masks = of_triangles_;
-    query.masks = [this](std::uint64_t first, std::span<std::uint32_t> room) {
-      points_.masks().read(std::size_t(first), room);
-    };
+    query.filters = points_.filters().readers();
     return query;
   }
 

@@ -94,7 +94,6 @@ class Scene {
     const Mesh to = ballot::mesh(positions, std::span<const std::uint32_t>(), stride);
     check(ballot_scene_set_vertices(handle_.get(), mesh, to.positions, to.vertex_count, stride));
   }
-
   /// The same by the first records of an array on the device, which commit() reads there: keep what it holds until
   /// then. ballot_scene_set_vertex_buffer() tells when the host sees them.
   void set_vertices(std::uint32_t mesh, const Array<Vertex>& vertices) {
@@ -113,7 +112,6 @@ class Scene {
   }
 
   /// Moves all instances, in the order of their numbers: a matrix for each, which commit() reads: keep them until then.
-  /// The trees of the meshes stay.
   void set_transforms(std::span<const float> transforms, std::size_t stride = 0) {
     check(ballot_scene_set_transforms(handle_.get(), nullptr, transforms.data(), detail::matrices(transforms, stride),
                                       stride));
@@ -131,13 +129,17 @@ class Scene {
     check(ballot_scene_set_transforms(handle_.get(), instances.data(), transforms.data(), instances.size(), stride));
   }
 
-  /// Sets the masks of instances. An instance of mask 0 is met by nothing; a ray leaves out an instance whose mask
-  /// shares no bit with its own (RayView::masks).
+  /// Sets the masks of instances (RayView::masks); one of mask 0 is met by nothing.
   void set_masks(std::span<const std::uint32_t> instances, std::span<const std::uint32_t> masks) {
     detail::check_as_many("masks", masks.size(), "numbers of instances", instances.size());
     check(ballot_scene_set_masks(handle_.get(), instances.data(), masks.data(), instances.size()));
   }
-  /// The same of all instances, in the order of their numbers, by the first records of an array on the device.
+  /// Sets the groups of instances (RayView::groups); those of BALLOT_SHARED are met by rays and points of all groups.
+  void set_groups(std::span<const std::uint32_t> instances, std::span<const std::uint32_t> groups) {
+    detail::check_as_many("groups", groups.size(), "numbers of instances", instances.size());
+    check(ballot_scene_set_groups(handle_.get(), instances.data(), groups.data(), instances.size()));
+  }
+  /// The masks of all instances, in the order of their numbers, by the first records of an array on the device.
   void set_masks(const Array<std::uint32_t>& masks) {
     check(ballot_scene_set_mask_buffer(handle_.get(), masks.handle()));
   }
@@ -164,8 +166,7 @@ class Scene {
     check(ballot_scene_set_time(handle_.get(), animation, seconds));
   }
 
-  /// Traces rays and returns when the results are written. Neighbouring rays share a subgroup: order them for
-  /// coherence.
+  /// Traces rays and returns when the results are written. Neighbours share a subgroup: order rays for coherence.
   Times trace(std::span<const Ray> rays, const Results& results, const Query& query = {}) const {
     return trace_c(detail::rays_of(rays), results, query);
   }
@@ -202,7 +203,6 @@ class Scene {
   Job submit(const RayView& rays, const Results& results, const Query& query = {}) const {
     return submit_c(detail::rays_of(rays), results, query);
   }
-
   /// The same for arrays on the device, so that one batch follows another without a gap. Two jobs are on their way to
   /// the device at once; those behind them are sent together by a later call, poll() or wait(). Keep scene and arrays
   /// as they are until the job has ended.

@@ -31,7 +31,7 @@ enum { BALLOT_FLOAT32 = 0, BALLOT_FLOAT64 = 1, BALLOT_UINT32 = 2 };
 typedef struct BallotColumn {
   const void* data BALLOT_ZERO;              /* of the first question; NULL: the column's default */
   ptrdiff_t stride[BALLOT_AXES] BALLOT_ZERO; /* bytes from one question to the next along each axis; 0: one for all */
-  uint32_t type BALLOT_ZERO;                 /* BALLOT_FLOAT32 or BALLOT_FLOAT64; of masks BALLOT_UINT32 */
+  uint32_t type BALLOT_ZERO;                 /* BALLOT_FLOAT32 or BALLOT_FLOAT64; of words BALLOT_UINT32 */
   ptrdiff_t gap BALLOT_ZERO;                 /* bytes between a number and the next of a question; 0: side by side */
 } BallotColumn;
 
@@ -44,7 +44,7 @@ typedef struct BallotRays {
   BallotColumn direction BALLOT_ZERO;    /* x, y, z */
   BallotColumn t_min BALLOT_ZERO;        /* NULL: 0 */
   BallotColumn t_max BALLOT_ZERO;        /* NULL: no end */
-  BallotColumn mask BALLOT_ZERO;         /* an instance is left out whose mask shares no bit with it; NULL: all bits */
+  BallotColumn mask BALLOT_ZERO; /* word: an instance is left out whose mask shares no bit with it; NULL: all bits */
   /* Twelve numbers, a 3 x 4 matrix m by rows, as of BallotInstances: moves the origin o as a point and the direction d
    * as a vector; t keeps its meaning. NULL: none. m is rounded to float32; then the host and every device compute o'[i]
    * as ((m[i][0] * o[0] + m[i][1] * o[1]) + m[i][2] * o[2]) + m[i][3] and d'[i] so without the last term, each product
@@ -53,6 +53,12 @@ typedef struct BallotRays {
    * and of pose {.., 0, 0} are the rays of a camera or scanner from each pose. */
   BallotColumn pose BALLOT_ZERO;
   BallotColumn weight BALLOT_ZERO; /* for the sums of BallotHits alone; NULL: 1. One that is not finite is refused */
+  /* A word: the triangle of this number, as of BallotHit::prim, is left out, such as the one that the ray leaves; NULL
+   * or BALLOT_MISS: none. */
+  BallotColumn excluded BALLOT_ZERO;
+  /* A word: instances of other groups are left out, but for those that are shared (BallotInstances::groups); NULL:
+   * none is. A ray passes by the others at once, however many lie around it. */
+  BallotColumn group BALLOT_ZERO;
 } BallotRays;
 
 /* Returns rays that lie as records. */
@@ -84,14 +90,16 @@ typedef struct BallotPoints {
   /* Triangles farther away are not looked for; NULL: no limit. One for all is above 0, or of ballot_list_within() 0; a
    * point whose own is negative or NaN is near nothing, and outside. */
   BallotColumn limit BALLOT_ZERO;
-  /* An instance is left out whose mask shares no bit with it; NULL: all bits. Not with signed distances and inside,
-   * which are told of the whole scene. */
+  /* A word: an instance is left out whose mask shares no bit with it; NULL: all bits. This one, excluded and group not
+   * with signed distances and inside, which are told of the whole scene. */
   BallotColumn mask BALLOT_ZERO;
   /* One number of each, as y and z, instead of at. {nx, ny, nz} with strides {4, 0, 0}, {0, 4, 0} and {0, 0, 4} are a
    * grid of three axes. */
   BallotColumn x BALLOT_ZERO;
-  BallotColumn y BALLOT_ZERO; /* beside x */
-  BallotColumn z BALLOT_ZERO; /* beside x */
+  BallotColumn y BALLOT_ZERO;        /* beside x */
+  BallotColumn z BALLOT_ZERO;        /* beside x */
+  BallotColumn excluded BALLOT_ZERO; /* as BallotRays::excluded */
+  BallotColumn group BALLOT_ZERO;    /* as BallotRays::group */
 } BallotPoints;
 
 /* Returns points that lie side by side: three floats each. */
@@ -122,8 +130,9 @@ typedef struct BallotQuery {
   /* Of hits: for method auto a ray kind ("primary", "shadow", "ao", "diffuse", ...), or "coherent", "mixed",
    * "incoherent"; NULL: it looks at the rays. */
   BallotText ray_class BALLOT_ZERO;
-  /* Of hits and crossings: "back" or "front": triangles that a ray meets from there are left out. The front is the side
-   * from which the vertices run counter-clockwise. NULL: "none". */
+  /* Of hits and crossings: "back" or "front": triangles that a ray meets from there are left out: of closed meshes
+   * "back" those where it leaves, "front" those where it enters. The front is the side from which the vertices run
+   * counter-clockwise. NULL: "none". */
   BallotText cull BALLOT_ZERO;
   /* Of hits and crossings: 1: a triangle is left out where its surface stops nothing: where the alpha of material,
    * texture and vertex colours is below the cutoff of a mask, or 0. Changes nothing where all surfaces are opaque, as
@@ -148,6 +157,11 @@ typedef struct BallotQuery {
    * BALLOT_RECORD_FLOAT32 on the device; NULL: 1. One that is not finite fails the call, which names the first; sums
    * are then unspecified. */
   BallotTarget weights BALLOT_ZERO;
+  /* Of hits: the last so many triangles that each ray crosses, 1 to 16, the farthest first, at equal t the smallest
+   * prim. Hits are rows of so many, filled up with misses. 0: none. Not beside first. */
+  uint32_t last BALLOT_ZERO;
+  BallotTarget excluded BALLOT_ZERO; /* as masks: BallotRays::excluded, BallotPoints::excluded; NULL: none */
+  BallotTarget groups BALLOT_ZERO;   /* as masks: BallotRays::group, BallotPoints::group; NULL: none is left out */
 } BallotQuery;
 
 /* What a call took. */
@@ -174,7 +188,7 @@ typedef struct BallotSums {
   size_t count BALLOT_ZERO; /* entries that there is room for */
 } BallotSums;
 
-/* Where the results go: arrays of an entry for each ray, or of BallotQuery::first entries, in their order. Those that
+/* Where the results go: arrays of an entry for each ray, or of BallotQuery::first or last entries, in their order. Those that
  * are NULL are not written. The arrays must not overlap the rays or each other. */
 typedef struct BallotHits {
   BALLOT_SIZE(BallotHits);
@@ -187,7 +201,7 @@ typedef struct BallotHits {
   uint8_t* occluded BALLOT_ZERO;   /* 1: hit, 0: miss */
   uint32_t* instances BALLOT_ZERO; /* number of the instance; on a miss BALLOT_MISS */
   /* Sums: the weight of each ray, BallotRays::weight, is added to the entry of what it hits; to one for each of its
-   * hits if it has `first`. The last entry is of rays that hit nothing. Without weights each counts as 1, so these are
+   * hits if it has `first` or `last`. The last entry is of rays that hit nothing. Without weights each counts as 1, so these are
    * numbers of rays. With W the largest |weight|, e its binary exponent, at least -126, and n the number of rays, times
    * `first`, weights are rounded to whole multiples of 2^(e + ceil(log2 n) - 61), to even ones where two are as near,
    * these are added as whole numbers, and each sum is rounded once to double. So its bits do not depend on the order
@@ -199,8 +213,8 @@ typedef struct BallotHits {
 
 /* Traces rays, nearest, any or first hits, and returns when the results are written. Neighbours in the array share a
  * subgroup: order rays for coherence. Rays in rows, as of a camera or a turning scanner, are traced in tiles of 8 x 8.
- * Masks, cull, alpha and first make hits the first crossings (ballot_list_crossings()), by one method; the others are
- * refused. query and times may be NULL. Zero rays are allowed. */
+ * Masks, excluded, groups, cull, alpha, first and last make hits the first or last crossings (ballot_list_crossings()),
+ * by one method; the others are refused. query and times may be NULL. Zero rays are allowed. */
 BALLOT_API BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
                                      const BallotQuery* query, BallotTimes* times);
 

@@ -89,8 +89,10 @@ typedef struct BallotInstances {
   const float* transforms BALLOT_ZERO;
   size_t transform_stride
       BALLOT_ZERO; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
-  const uint32_t* masks BALLOT_ZERO; /* of each instance, as ballot_scene_set_masks() says; NULL: all bits */
+  const uint32_t* masks BALLOT_ZERO;  /* of each instance, as ballot_scene_set_masks() says; NULL: all bits */
+  const uint32_t* groups BALLOT_ZERO; /* of each instance, as ballot_scene_set_groups() says; NULL: BALLOT_SHARED */
 } BallotInstances;
+#define BALLOT_SHARED 0xFFFFFFFFu /* the group of instances that rays and points of all groups meet */
 
 /* Makes a scene of `count` meshes and their instances on a device. Meshes and instances are numbered from 0 in their
  * order. instances NULL: each mesh lies in the world, once, and the number of its instance is its own. Triangles are
@@ -171,6 +173,11 @@ BALLOT_API BallotStatus ballot_scene_set_transforms(BallotScene* scene, const ui
  * no bit with theirs (BallotRays::mask). */
 BALLOT_API BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instances, const uint32_t* masks,
                                                size_t count);
+/* Sets the groups of instances, any numbers: rays and points of a group (BallotRays::group) meet its instances and those
+ * of BALLOT_SHARED alone. Thousands of groups may lie in one place, as the copies of an environment. In a scene with
+ * groups each group has a part of the tree over the instances, which the host keeps. */
+BALLOT_API BallotStatus ballot_scene_set_groups(BallotScene* scene, const uint32_t* instances, const uint32_t* groups,
+                                                size_t count);
 /* Makes the edits true. Trees of meshes that have not changed stay. Hits of later calls are those of the edited scene;
  * in "watertight" and "exact" they are the same bits whether trees were refitted or built. Does nothing without
  * edits. */
@@ -191,6 +198,7 @@ typedef struct BallotInstanceInfo {
   float hi[3];         /* its other end */
   uint32_t instance;   /* its number */
   uint32_t mask;       /* as ballot_scene_set_masks() says */
+  uint32_t group;      /* as ballot_scene_set_groups() says */
 } BallotInstanceInfo;
 /* Tells of an instance by its place among them, 0 to BallotSceneInfo::instances - 1; they are in the order of their
  * numbers. */

@@ -129,17 +129,20 @@ inline void check_as_many(const char* what, std::size_t found, const char* of, s
 }
 }  // namespace detail
 
-/// Returns instances over 3 x 4 matrices, row by row, numbers of meshes (none: 0) and masks (none: all bits). `stride`:
-/// bytes from one matrix to the next; 0: 48; of 4 x 4 matrices: 64. Throws Error(BALLOT_ERROR_ARGUMENT) if there are
-/// not as many of each.
+/// Returns instances over 3 x 4 matrices, row by row, numbers of meshes (none: 0), masks (none: all bits) and groups
+/// (none: shared). `stride`: bytes from one matrix to the next; 0: 48; of 4 x 4 matrices: 64. Throws
+/// Error(BALLOT_ERROR_ARGUMENT) if there are not as many of each.
 inline Instances instances(std::span<const float> transforms, std::span<const std::uint32_t> meshes = {},
-                           std::span<const std::uint32_t> masks = {}, std::size_t stride = 0) {
+                           std::span<const std::uint32_t> masks = {}, std::size_t stride = 0,
+                           std::span<const std::uint32_t> groups = {}) {
   Instances all{
       .count = detail::matrices(transforms, stride), .transforms = transforms.data(), .transform_stride = stride};
   if (!masks.empty()) detail::check_as_many("masks", masks.size(), "matrices", all.count);
+  if (!groups.empty()) detail::check_as_many("groups", groups.size(), "matrices", all.count);
   if (!meshes.empty()) detail::check_as_many("numbers of meshes", meshes.size(), "matrices", all.count);
   all.meshes = meshes.empty() ? nullptr : meshes.data();
   all.masks = masks.empty() ? nullptr : masks.data();
+  all.groups = groups.empty() ? nullptr : groups.data();
   return all;
 }
 
@@ -160,7 +163,7 @@ struct Column {
   /// The same for double.
   template <std::convertible_to<std::span<const double>> Numbers>
   Column(const Numbers& side_by_side) : Column(std::span<const double>(side_by_side), BALLOT_FLOAT64) {}
-  /// The same for masks.
+  /// The same for words.
   template <std::convertible_to<std::span<const std::uint32_t>> Numbers>
   Column(const Numbers& side_by_side) : Column(std::span<const std::uint32_t>(side_by_side), BALLOT_UINT32) {}
   /// At any stride: bytes from one question to the next along each axis of the view's shape, 0: one for all; `gap`:
@@ -179,7 +182,7 @@ struct Column {
   std::size_t numbers = 0;              // of `own`, or side by side
   Strides strides = {};                 // as they were given
   std::ptrdiff_t gap = 0;               // bytes between the numbers of a question; 0: side by side
-  std::uint32_t type = BALLOT_FLOAT32;  // or BALLOT_FLOAT64; of masks BALLOT_UINT32
+  std::uint32_t type = BALLOT_FLOAT32;  // or BALLOT_FLOAT64; of words BALLOT_UINT32
 
  private:
   template <class T>
@@ -198,6 +201,8 @@ struct RayView {
   Column masks = {};              // std::uint32_t: as BallotRays::mask; all bits
   Column poses = {};              // 12 numbers each, as BallotRays::pose: matrices that move the rays; none
   Column weights = {};            // as BallotRays::weight: for sums; 1
+  Column excluded = {};           // std::uint32_t: as BallotRays::excluded; none
+  Column groups = {};             // std::uint32_t: as BallotRays::group; all instances are met
   Shape shape = {};               // empty: that of the columns
 };
 
@@ -210,7 +215,7 @@ inline RayView from_poses(std::span<const float> directions, std::span<const flo
           .shape = {poses.size() / 12, directions.size() / 3}};
 }
 
-/// Returns the view of rays that lie as records, to which masks may be added.
+/// Returns the view of rays that lie as records, to which masks and the like may be added.
 inline RayView rays(std::span<const Ray> records) {
   constexpr Column::Strides kStep{std::ptrdiff_t(sizeof(Ray))};
   const auto* numbers = reinterpret_cast<const float*>(records.data());
@@ -227,8 +232,9 @@ struct PointView {
   Column at = {};     // three numbers each
   Column limit = {};  // triangles farther away are not looked for: one above 0 for all, or of each; none: no limit
   Column masks = {};  // std::uint32_t: as BallotPoints::mask; all bits
-  Column x = {}, y = {}, z = {};  // instead of `at`: one number each
-  Shape shape = {};               // empty: that of the columns
+  Column x = {}, y = {}, z = {};      // instead of `at`: one number each
+  Column excluded = {}, groups = {};  // as of RayView
+  Shape shape = {};                   // empty: that of the columns
 };
 
 /// Returns the points of a grid, of shape {x.size(), y.size(), z.size()}. The arrays must outlive it.

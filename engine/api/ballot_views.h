@@ -99,6 +99,8 @@ inline BallotRays rays_of(const RayView& rays) {
   table.add(rays.t_min, 1, "t_min", r.t_min);
   table.add(rays.t_max, 1, "t_max", r.t_max);
   table.add(rays.masks, 1, "masks", r.mask);
+  table.add(rays.excluded, 1, "excluded", r.excluded);
+  table.add(rays.groups, 1, "groups", r.group);
   table.add(rays.poses, 12, "poses", r.pose);
   table.add(rays.weights, 1, "weights", r.weight);
   table.fit();
@@ -112,6 +114,8 @@ inline BallotPoints points_of(const PointView& points) {
   table.add(points.at, 3, "at", p.at);
   table.add(points.limit, 1, "limit", p.limit);
   table.add(points.masks, 1, "masks", p.mask);
+  table.add(points.excluded, 1, "excluded", p.excluded);
+  table.add(points.groups, 1, "groups", p.group);
   table.add(points.x, 1, "x", p.x);
   table.add(points.y, 1, "y", p.y);
   table.add(points.z, 1, "z", p.z);

@@ -23,9 +23,7 @@ class SumsThere {
  public:
   /// Throws Refused if they do not fit.
   SumsThere(SceneState& scene, const ArrayTrace& trace, const BallotQuery& query)
-      : sums_(answers_there(scene).sums),
-        from_{trace.hits, trace.count, std::max(query.first, 1u)},
-        to_(trace.outputs.sums) {
+      : sums_(answers_there(scene).sums), from_{trace.hits, trace.count, hits_of_each(query)}, to_(trace.outputs.sums) {
     if (!query.weights) return;
     given_ = use(query.weights);
     if (!trace.outputs.has_sums()) refuse(fmt::format("{}: weights are given, but no sums are wanted", kTrace));
@@ -104,7 +102,7 @@ void with_arrays(SceneState& scene, BallotBuffer* rays, std::uint64_t count, std
   const auto from = use(rays);
   Buffer<Ray>& in = array_of<Ray>(*from, scene, count, kTrace, "rays");
   const BallotQuery q = read_query(query, kind);
-  const std::uint64_t all = count * std::max(q.first, 1u);
+  const std::uint64_t all = count * hits_of_each(q);
   const Outputs to(outputs, door::kHitRows, scene, *from, all, kTrace);
   const Hold hold(*scene.device);
   to.check_sums(scene);
@@ -133,7 +131,7 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64
     with_arrays<DeviceUse>(*state, rays, count, to, query, kArraysKind, [&](const ArrayTrace& t, const BallotQuery& q) {
       ballot::Context& gpu = *state->device->gpu;
       const ballot::PassScope scope(gpu);
-      const std::uint64_t all = t.count * std::uint64_t{std::max(q.first, 1u)};
+      const std::uint64_t all = t.count * std::uint64_t{hits_of_each(q)};
       SumsThere sums(*state, t, q);
       ballot::TraceTimes spent = asks_for_crossings(q)
                                      ? first_crossings(*state, t.rays, t.count, q, t.hits)

@@ -253,7 +253,7 @@ BallotStatus ballot_scene_add_instances(BallotScene* scene, const BallotInstance
     PendingEdits& edits = edits_of(*state, "adding instances");
     for (const ballot::Placement& p : given) edits.edits.mesh_index(p.mesh);
     for (std::size_t i = 0; i < given.size(); ++i) {
-      const std::uint32_t number = edits.edits.add_placement(given[i].mesh, given[i].transform, given[i].mask);
+      const std::uint32_t number = edits.edits.add_placement(given[i]);
       if (numbers) numbers[i] = number;
     }
   });
@@ -320,6 +320,18 @@ BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instance
     PendingEdits& edits = edits_of(*state, "setting masks");
     check_numbers(edits.edits, {instances, count});
     for (std::size_t i = 0; i < count; ++i) edits.edits.set_mask(instances[i], masks[i]);
+  });
+}
+
+BallotStatus ballot_scene_set_groups(BallotScene* scene, const uint32_t* instances, const uint32_t* groups,
+                                     size_t count) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    if (count) need(instances, "ballot_scene_set_groups", "instances");
+    if (count) need(groups, "ballot_scene_set_groups", "groups");
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "setting groups");
+    check_numbers(edits.edits, {instances, count});
+    for (std::size_t i = 0; i < count; ++i) edits.edits.set_group(instances[i], groups[i]);
   });
 }
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "engine/api/crossings.h"
-#include "engine/api/masks_there.h"
+#include "engine/api/filters_there.h"
 
 namespace ballot::api {
 namespace {
@@ -46,19 +46,19 @@ constexpr const char* kLists = "lists on the device";
 DeviceListed list_rays(SceneState& scene, BufferState& asked, std::uint64_t count, const DeviceLists<Hit>& to,
                        const BallotQuery& query) {
   const auto& rays = array_of<Ray>(asked, scene, count, kLists, "rays");
-  const MasksThere masks(scene, query.masks, count, kLists);
+  const FiltersThere filters(scene, query, count, kLists);
   CrossingQuery how = crossing_query(query);
-  how.triangle_masks = masks.of_triangles();
-  return scene.world->rays().list({rays, count, masks.all()}, to, how);
+  how.triangle_masks = filters.of_triangles();
+  return scene.world->rays().list({rays, count, filters.words()}, to, how);
 }
 
 DeviceListed list_points(SceneState& scene, BufferState& asked, std::uint64_t count, const DeviceLists<Hit>& to,
                          const BallotQuery& query) {
   const auto& points = array_of<ProbePoint>(asked, scene, count, kLists, "points");
-  const MasksThere masks(scene, query.masks, count, kLists);
+  const FiltersThere filters(scene, query, count, kLists);
   PointQuery how;
-  how.triangle_masks = masks.of_triangles();
-  return scene.world->points().within({points, count, masks.all()}, to, how);
+  how.triangle_masks = filters.of_triangles();
+  return scene.world->points().within({points, count, filters.words()}, to, how);
 }
 
 }  // namespace
@@ -66,11 +66,11 @@ DeviceListed list_points(SceneState& scene, BufferState& asked, std::uint64_t co
 TraceTimes first_crossings(SceneState& scene, const Buffer<Ray>& rays, std::uint64_t count, const BallotQuery& query,
                            Buffer<Hit>& hits) {
   check_first(query);
-  const MasksThere masks(scene, query.masks, count, "trace of arrays on the device");
+  const FiltersThere filters(scene, query, count, "trace of arrays on the device");
   CrossingQuery how = crossing_query(query);
   how.any = query.any != 0;
-  how.triangle_masks = masks.of_triangles();
-  return scene.world->rays().first({rays, count, masks.all()}, std::max(query.first, 1u), hits, how);
+  how.triangle_masks = filters.of_triangles();
+  return scene.world->rays().first({rays, count, filters.words()}, hits_of_each(query), hits, how);
 }
 
 }  // namespace ballot::api

@@ -15,14 +15,14 @@ class CrossingCall {
  public:
   CrossingCall(const SceneState& scene, const RayArray& rays, const BallotQuery& query, const RowOrder& order)
       : rays_(rays), order_(order), query_(crossing_query(query)) {
-    if (!rays.masks()) return;
+    if (!rays.filters().has(FILTER_MASK)) return;
     triangle_masks_ = masks_of_triangles(scene);
     query_.triangle_masks = triangle_masks_;
   }
   CrossingCall(const CrossingCall&) = delete;
   CrossingQuery& query() { return query_; }
 
-  /// Returns the rays in their order, with their masks.
+  /// Returns the rays in their order, with their filters.
   RaySource source(Watch& watch, Context& gpu) const {
     RaySource source;
     source.count = rays_.count();
@@ -30,12 +30,7 @@ class CrossingCall {
     if (watch)
       source.progress = [&watch, count = rays_.count()](std::uint64_t done) { watch(double(done) / double(count)); };
     source.read = [this](std::uint64_t first, std::span<Ray> room) { rays_.read(order_, std::size_t(first), room); };
-    if (!rays_.masks()) return source;
-    source.masks = [this](std::uint64_t first, std::span<std::uint32_t> room) {
-      order_.for_runs(std::size_t(first), room.size(), [&](std::size_t i, std::size_t place, std::size_t n) {
-        rays_.masks().read(place, room.subspan(i, n));
-      });
-    };
+    source.filters = rays_.filters().readers(order_);
     return source;
   }
 
@@ -130,8 +125,8 @@ BallotTimes list_within(SceneState& scene, const PointArray& points, const Ballo
     });
     out.write(first, counts, hits);
   };
-  const PointMasks masks(scene, points);
-  const TraceTimes spent = scene.world->points().within(stream, take, masks.on({}));
+  const PointFilters filters(scene, points);
+  const TraceTimes spent = scene.world->points().within(stream, take, filters.on({}));
   return clock.times(spent, out.found());
 }
 
@@ -140,15 +135,20 @@ BallotTimes list_within(SceneState& scene, const PointArray& points, const Ballo
 void check_first(const BallotQuery& query) {
   for (const auto& [name, value] : {std::pair{"method", query.method.text}, std::pair{"knobs", query.knobs.text}})
     if (value && std::string_view(value) != kDefaultMethod && *value)
-      refuse(fmt::format("{} is '{}', beside first, masks, cull or alpha, which one method answers; expected none",
-                         name, value));
+      refuse(fmt::format(
+          "{} is '{}', beside first, last, masks, excluded, groups, cull or alpha, which one method answers; expected "
+          "none",
+          name, value));
   if (query.any && query.first) refuse("any is 1 and first is set; expected one of them");
+  if (query.last && (query.any || query.first))
+    refuse(fmt::format("last is set and {}; expected one of them", query.any ? "any is 1" : "first is set"));
+  if (query.last > 16) refuse(fmt::format("last is {}; expected 1 to 16, or 0 for none", query.last));
 }
 
 TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
                            Watch& watch, std::uint64_t& hits) {
   check_first(query);
-  const std::uint32_t most = std::max(query.first, 1u);
+  const std::uint32_t most = hits_of_each(query);
   if (rays.count() > kMostBytes / sizeof(Hit) / most)
     refuse(fmt::format("first is {}, of {} rays; no memory holds as many hits: expected fewer than 2^47 bytes in all",
                        query.first, rays.count()));

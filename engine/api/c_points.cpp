@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "engine/api/arrays.h"
-#include "engine/api/masks_there.h"
+#include "engine/api/filters_there.h"
 #include "engine/api/outputs.h"
 #include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
@@ -130,7 +130,7 @@ class NearestArrays {
   std::uint64_t found_ = 0;
 };
 
-[[noreturn]] void refuse_masks(const char* what) {
+[[noreturn]] void refuse_filter(const char* what) {
   refuse(
       fmt::format("points: found {} beside signed_distances or inside, which are told of the whole scene; expected one "
                   "of them: ask for distances",
@@ -143,7 +143,10 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   ballot::DeviceScene& world = *scene.world;
   PointQuery how = point_query(query);
   NearestArrays out(to, scene, points.count(), how.sides);
-  if (points.masks() && (to.signed_distances || to.inside)) refuse_masks("mask");
+  const bool signs = to.signed_distances || to.inside;
+  for (const auto& [filter, name] :
+       {std::pair{FILTER_MASK, "mask"}, {FILTER_EXCLUDED, "excluded"}, {FILTER_GROUP, "group"}})
+    if (signs && points.filters().has(std::size_t(filter))) refuse_filter(name);
   if (out.wants_inside() && !query.assume_closed) need_closed(world);
   if (out.wants_sides() && !query.assume_closed) need_wound(world);
   const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
@@ -152,7 +155,7 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   TraceTimes spent;
   if (out.wants_nearest())
     spent = world.points().nearest(stream_of<Nearest>(points, make, out, watch, 0, between),
-                                   PointMasks(scene, points).on(how));
+                                   PointFilters(scene, points).on(how));
   if (out.wants_inside())
     spent.device_ms +=
         world.points().inside(stream_of<std::uint32_t>(points, make, out, watch, between, 1), how).device_ms;
@@ -173,7 +176,7 @@ TraceTimes query_arrays(SceneState& scene, const DevicePoints& points, const Out
   AnswersThere& there = answers_there(scene);
   const auto size = std::size_t(std::min(count, kPart));
   Buffer<ProbePoint>& asked = buffer_for(there.points, gpu, size, "points of a part");
-  Buffer<std::uint32_t>& masks = buffer_for(there.masks, gpu, points.masks ? size : 0, "masks of a part");
+  DeviceFilters words;
   Buffer<Nearest>& found = buffer_for(there.nearest, gpu, near ? size : 0, "nearest points of a part");
   Buffer<std::uint32_t>& within = buffer_for(there.inside, gpu, inside ? size : 0, "inside tests of a part");
   TraceTimes times;
@@ -181,8 +184,13 @@ TraceTimes query_arrays(SceneState& scene, const DevicePoints& points, const Out
   for (std::uint64_t first = 0; first < count; first += kPart) {
     const std::uint64_t some = std::min(kPart, count - first);
     asked.copy_from(points.points, std::size_t(first), 0, std::size_t(some));
-    if (points.masks) masks.copy_from(*points.masks, std::size_t(first), 0, std::size_t(some));
-    const DevicePoints part{asked, some, points.masks ? &masks : nullptr};
+    for (std::size_t f = 0; f < FILTERS; ++f) {
+      if (!points.filters.of[f]) continue;
+      Buffer<std::uint32_t>& of_part = buffer_for(there.words[f], gpu, size, "words of a part");
+      of_part.copy_from(*points.filters.of[f], std::size_t(first), 0, std::size_t(some));
+      words.of[f] = &of_part;
+    }
+    const DevicePoints part{asked, some, words};
     if (near) times.device_ms += queries.nearest(part, found, how).device_ms;
     if (inside) times.device_ms += queries.inside(part, within, {.exact = how.exact}).device_ms;
     if (outputs.nearest) outputs.nearest->copy_from(found, 0, std::size_t(first), std::size_t(some));
@@ -225,14 +233,15 @@ BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points
     const BallotQuery q = read_query(query, kPointArraysKind);
     ballot::PointQuery how = point_query(q);
     const bool signs = to.wants(COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS);
-    if (q.masks && signs) refuse_masks("masks");
+    for (std::size_t f = 0; f < FILTERS; ++f)
+      if (const FilterArray array = filter_array(q, f); array.words && signs) refuse_filter(array.name);
     const DeviceUse device(*state->device);
     keep_fit(*state);
     const Watch watch(q, *state->device, "points");
     const Watched watched(watch);
     if (signs && !q.assume_closed) how.sides ? need_wound(*state->world) : need_closed(*state->world);
-    const MasksThere masks(*state, q.masks, count, kCall);
-    how.triangle_masks = masks.of_triangles();
-    write_struct(times, clock.times(query_arrays(*state, {in, count, masks.all()}, to, how), 0), "BallotTimes");
+    const FiltersThere filters(*state, q, count, kCall);
+    how.triangle_masks = filters.of_triangles();
+    write_struct(times, clock.times(query_arrays(*state, {in, count, filters.words()}, to, how), 0), "BallotTimes");
   });
 }

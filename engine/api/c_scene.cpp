@@ -150,6 +150,7 @@ BallotStatus ballot_scene_instance(BallotScene* scene, size_t place, BallotInsta
     i.id = all.placement_labels[place].node;
     i.instance = all.placement_labels[place].number;
     i.mask = p.mask;
+    i.group = p.group;
     i.mesh = all.mesh_labels[p.mesh].number;
     i.first = state->places->first_of(place);
     i.triangles = all.triangles_of(p.mesh);

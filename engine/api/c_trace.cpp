@@ -59,7 +59,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
   keep_fit(scene);
   Watch watch = call.watch;
   const Watched watched(watch);
-  if (!call.rays.masks() && !asks_for_crossings(call.query)) return trace_by_method(scene, call, watch);
+  if (!call.rays.filters() && !asks_for_crossings(call.query)) return trace_by_method(scene, call, watch);
   const Clock clock;
   std::uint64_t hits = 0;
   const TraceTimes spent = first_crossings(scene, call.rays, call.hits, call.query, watch, hits);

@@ -76,10 +76,10 @@ Shape read_shape(const char* what, const std::size_t (&shape)[BALLOT_AXES]) {
 
 /// Throws Refused if a column has a wrong type, or no data where it is needed.
 static void check_given(const Described& d, const Shape& shape, const BallotColumn& c) {
-  const bool fits = d.masks ? c.type == BALLOT_UINT32 : c.type == BALLOT_FLOAT32 || c.type == BALLOT_FLOAT64;
-  if (!fits && (!d.masks || (c.data && shape.count)))
+  const bool fits = d.words ? c.type == BALLOT_UINT32 : c.type == BALLOT_FLOAT32 || c.type == BALLOT_FLOAT64;
+  if (!fits && (!d.words || (c.data && shape.count)))
     refuse(fmt::format("{}: the type of {} is {}; expected {}", d.what, d.name, c.type,
-                       d.masks ? "BALLOT_UINT32" : "BALLOT_FLOAT32 or BALLOT_FLOAT64"));
+                       d.words ? "BALLOT_UINT32" : "BALLOT_FLOAT32 or BALLOT_FLOAT64"));
   if (shape.count && !c.data && d.needed)
     refuse(fmt::format("{}: the data of {} are NULL, but there are {}", d.what, d.name, shape.count));
 }
@@ -106,7 +106,7 @@ Column read_column(const Described& d, const Shape& shape, const BallotColumn& c
   const auto* data = static_cast<const char*>(c.data);
   if (varies)
     column.data = data;
-  else if (d.masks)
+  else if (d.words)
     std::memcpy(column.own.data(), data, sizeof column.own[0]);
   else
     for (unsigned k = 0; k < d.numbers; ++k) column.own[k] = std::bit_cast<std::uint32_t>(column.number(data, k));

@@ -31,7 +31,7 @@ struct Column {
   const char* data = nullptr;                        // null: it is not given, or all have `own`
   std::array<std::ptrdiff_t, BALLOT_AXES> stride{};  // 0 along axes of one entry
   std::ptrdiff_t step = sizeof(float);               // from one number to the next
-  std::array<std::uint32_t, kMostNumbers> own{};     // the bits of float32 numbers, or masks
+  std::array<std::uint32_t, kMostNumbers> own{};     // the bits of float32 numbers, or words
 
   float own_number(unsigned k) const { return std::bit_cast<float>(own[k]); }
   /// Reads a number of a question, rounded to float32.
@@ -53,7 +53,7 @@ struct Described {
   const char* what;  // the questions: "rays"
   const char* name;
   unsigned numbers = 1;
-  bool needed = false, masks = false;
+  bool needed = false, words = false;  // words: uint32, not numbers
 };
 /// Reads what is the same for all questions. Throws Refused if the description is wrong.
 Column read_column(const Described& described, const Shape& shape, const BallotColumn& given);

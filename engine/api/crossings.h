@@ -1,11 +1,11 @@
-// Hits that are the first crossings of rays: with masks, culling or alpha, or several a ray.
+// Hits that are the first crossings of rays: with filters, culling or alpha, or several a ray.
 #pragma once
 
 #include "engine/api/arrays.h"
 
 namespace ballot::api {
 
-/// Finds the first crossings of each ray, query.first or one, and writes them to `to`, filled up with misses. Adds the
+/// Finds the first crossings of each ray, query.first or one, or the last ones, and writes them to `to`, filled up with misses. Adds the
 /// rays that hit to `hits`. Throws Refused if an option does not fit. The device's mutex is held.
 TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
                            Watch& watch, std::uint64_t& hits);

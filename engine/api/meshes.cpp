@@ -278,6 +278,7 @@ std::vector<Placement> read_instances(const BallotInstances& given) {
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (given.meshes) all[i].mesh = given.meshes[i];
     if (given.masks) all[i].mask = given.masks[i];
+    if (given.groups) all[i].group = given.groups[i];
     std::memcpy(&all[i].transform, reinterpret_cast<const char*>(given.transforms) + i * stride, sizeof(Transform));
   }
   return all;

@@ -62,9 +62,10 @@ void check_options(const BallotQuery& query, const Kind& kind) {
     fail(Failure::Arguments, "{} is no option of {}; expected {}", row.name, kind.name,
          options.empty() ? "none" : "some of " + options);
   }
-  if (query.masks && !kind.there)
-    fail(Failure::Arguments, "masks on the device are no option of {}; expected masks where the questions are",
-         kind.name);
+  for (std::size_t f = 0; f < FILTERS; ++f)
+    if (const FilterArray array = filter_array(query, f); array.words && !kind.there)
+      fail(Failure::Arguments, "{0} on the device are no option of {1}; expected {0} where the questions are",
+           array.name, kind.name);
   if (query.weights && !kind.sums)
     fail(Failure::Arguments, "weights on the device are no option of {}; expected none: it has no sums", kind.name);
   for (const door::Row& row : door::kQueryRows) {
@@ -85,12 +86,20 @@ Query hit_query(const BallotQuery& q) {
 }
 
 bool asks_for_crossings(const BallotQuery& q) {
-  return q.first || q.alpha || q.masks || (q.cull && std::string_view(q.cull.text) != "none");
+  return q.first || q.last || q.alpha || q.masks || q.excluded || q.groups ||
+         (q.cull && std::string_view(q.cull.text) != "none");
+}
+
+std::uint32_t hits_of_each(const BallotQuery& q) { return std::max({q.first, q.last, 1u}); }
+
+FilterArray filter_array(const BallotQuery& q, std::size_t filter) {
+  if (filter == FILTER_MASK) return {"masks", q.masks};
+  return filter == FILTER_EXCLUDED ? FilterArray{"excluded", q.excluded} : FilterArray{"groups", q.groups};
 }
 
 CrossingQuery crossing_query(const BallotQuery& q) {
   if (q.first == kAllHits) fail(Failure::Arguments, "first is 2^32 - 1; expected 1 to 2^32 - 2, or 0 for all");
-  CrossingQuery query{.exact = is_exact(q.numeric), .alpha = q.alpha != 0};
+  CrossingQuery query{.last = q.last != 0, .exact = is_exact(q.numeric), .alpha = q.alpha != 0};
   if (q.first) query.most = q.first;
   const std::string_view cull = q.cull ? q.cull.text : "none";
   const std::string_view known[] = {"none", "back", "front"};

@@ -13,7 +13,7 @@ struct Kind {
   unsigned options;  // door::Kinds
   const char* name;
   bool filters = true;  // it has those options of hits that crossings have, too
-  bool there = false;   // its questions and their masks are arrays on the device
+  bool there = false;   // its questions and their words are arrays on the device
   bool sums = false;    // weights, too
 };
 extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kPictureKind, kKernelKind;
@@ -24,9 +24,17 @@ void check_options(const BallotQuery& query, const Kind& kind);
 
 /// The query of hits by the methods of `ballot methods`.
 Query hit_query(const BallotQuery& query);
-/// Returns true if hits are the first crossings: if there are masks on the device, or an option asks for more than
-/// methods find.
+/// Returns true if hits are the first crossings: if there are words of filters on the device, or an option asks for more
+/// than methods find.
 bool asks_for_crossings(const BallotQuery& query);
+/// Returns how many hits each ray has: one, or the first or last so many.
+std::uint32_t hits_of_each(const BallotQuery& query);
+/// An array of words of questions on the device (FILTER_...), or null, and the name of its member.
+struct FilterArray {
+  const char* name;
+  BallotBuffer* words;
+};
+FilterArray filter_array(const BallotQuery& query, std::size_t filter);
 /// The query of crossings, without the masks of triangles. Throws Error(Arguments) if an option has a value that it
 /// does not take.
 CrossingQuery crossing_query(const BallotQuery& query);

@@ -35,15 +35,34 @@ MakeQuestions<Question> maker(Context& gpu, const std::optional<QuestionTables>&
 
 }  // namespace
 
-MaskColumn::MaskColumn(const char* what, const Shape& shape, const BallotColumn& given)
-    : lane_(read_column({.what = what, .name = "mask", .masks = true}, shape, given), shape) {}
+FilterColumns::FilterColumns(const char* what, const Shape& shape, const BallotColumn& masks,
+                             const BallotColumn& excluded, const BallotColumn& groups) {
+  const auto lane = [&](const char* name, const BallotColumn& given) {
+    return Lane(read_column({.what = what, .name = name, .words = true}, shape, given), shape);
+  };
+  lanes_[FILTER_MASK] = lane("mask", masks);
+  lanes_[FILTER_EXCLUDED] = lane("excluded", excluded);
+  lanes_[FILTER_GROUP] = lane("group", groups);
+}
 
-void MaskColumn::read(std::size_t place, std::span<std::uint32_t> to) const {
-  if (!lane_.column().data) {
-    std::ranges::fill(to, lane_.column().own[0]);
+FilterReaders FilterColumns::readers(const RowOrder& order) const {
+  FilterReaders readers;
+  for (std::size_t f = 0; f < FILTERS; ++f)
+    if (has(f))
+      readers.of[f] = [this, f, order](std::uint64_t first, std::span<std::uint32_t> room) {
+        order.for_runs(std::size_t(first), room.size(),
+                       [&](std::size_t i, std::size_t place, std::size_t n) { read(f, place, room.subspan(i, n)); });
+      };
+  return readers;
+}
+
+void FilterColumns::read(std::size_t filter, std::size_t place, std::span<std::uint32_t> to) const {
+  const Lane& lane = lanes_[filter];
+  if (!lane.column().data) {
+    std::ranges::fill(to, lane.column().own[0]);
     return;
   }
-  lane_.for_runs(place, to.size(), [&](std::size_t i, std::size_t n, const char* from, std::ptrdiff_t stride) {
+  lane.for_runs(place, to.size(), [&](std::size_t i, std::size_t n, const char* from, std::ptrdiff_t stride) {
     for (const std::size_t end = i + n; i < end; ++i, from += stride) std::memcpy(&to[i], from, sizeof to[i]);
   });
 }
@@ -117,7 +136,7 @@ RayArray::RayArray(const BallotRays& rays)
       pose_(read_column({"rays", "pose", kMostNumbers}, shape_, rays.pose)),
       columns_(shape_, {origin_, t_min_, direction_, t_max_}, {0, 0, 0, 0, 0, 0, 0, kNoBound}, kNoBound),
       poses_(pose_, shape_),
-      masks_("rays", shape_, rays.mask),
+      filters_("rays", shape_, rays.mask, rays.excluded, rays.group),
       weights_(shape_, rays.weight) {}
 
 void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> rays) const {
@@ -154,7 +173,7 @@ PointArray::PointArray(const BallotPoints& points, bool needs_limit)
       at_(read_column({"points", "at", 3, !points.x.data && !points.y.data && !points.z.data}, shape_, points.at)),
       limit_(read_column({"points", "limit", 1, needs_limit}, shape_, points.limit)),
       columns_(shape_, {at_, limit_}, {0, 0, 0, kNoLimit}, kNoLimit),
-      masks_("points", shape_, points.mask) {
+      filters_("points", shape_, points.mask, points.excluded, points.group) {
   const BallotColumn* const given[] = {&points.x, &points.y, &points.z};
   const bool by_axes = std::ranges::any_of(given, [](const BallotColumn* c) { return c->data; });
   if (by_axes && points.at.data) refuse("points: at is given beside x, y and z; expected the one or the others");

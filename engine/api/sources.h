@@ -1,9 +1,12 @@
 // Reads the questions of a call, rays and points, from the caller's memory, by all cores; or has a device make them.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <span>
 
+#include "engine/answer/filters.h"
 #include "engine/answer/stream.h"
 #include "engine/answer/sums.h"
 #include "engine/api/columns.h"
@@ -15,19 +18,26 @@ namespace ballot::api {
 
 constexpr std::size_t kChunk = 1 << 13;  // questions that a thread takes at a time
 
-/// The masks of questions: a word for each, at any stride. Keeps the caller's pointer, but not that of a mask that
-/// stands for all.
-class MaskColumn {
+/// Words of questions that filters read: of each filter one for each question, at any stride. Keeps the caller's
+/// pointers, but not those of words that stand for all.
+class FilterColumns {
  public:
   /// Throws Refused if the description is wrong.
-  MaskColumn(const char* what, const Shape& shape, const BallotColumn& given);
-  /// Returns false if none were given: all bits.
-  explicit operator bool() const { return bool(lane_); }
-  /// Writes the masks of questions from number `place` on.
-  void read(std::size_t place, std::span<std::uint32_t> to) const;
+  FilterColumns(const char* what, const Shape& shape, const BallotColumn& masks, const BallotColumn& excluded,
+                const BallotColumn& groups);
+  /// Returns false if none were given: nothing is left out.
+  explicit operator bool() const {
+    return std::ranges::any_of(lanes_, [](const Lane& lane) { return bool(lane); });
+  }
+  /// Returns whether a filter (FILTER_...) has words.
+  bool has(std::size_t filter) const { return bool(lanes_[filter]); }
+  /// Returns what reads them in an order. Refers to this.
+  FilterReaders readers(const RowOrder& order = {}) const;
 
  private:
-  Lane lane_;
+  void read(std::size_t filter, std::size_t place, std::span<std::uint32_t> to) const;
+
+  std::array<Lane, FILTERS> lanes_;
 };
 
 /// The poses of rays: 3 x 4 matrices by rows. Keeps the caller's pointer, but not that of a pose that stands for all.
@@ -75,7 +85,7 @@ class RayArray {
   /// Returns the rays [first, first + count) where they lie, if they are records that read() would copy as they are;
   /// null if not.
   const Ray* in_place(std::size_t first, std::size_t count) const;
-  const MaskColumn& masks() const { return masks_; }
+  const FilterColumns& filters() const { return filters_; }
   const WeightColumn& weights() const { return weights_; }
   /// Returns what makes the rays on a device, in an order, if that has less to carry than the rays are; else nothing.
   MakeQuestions<Ray> make_there(Context& gpu, const RowOrder& order) const;
@@ -85,7 +95,7 @@ class RayArray {
   Column origin_, t_min_, direction_, t_max_, pose_;
   Columns<8> columns_;
   PoseColumn poses_;
-  MaskColumn masks_;
+  FilterColumns filters_;
   WeightColumn weights_;
 };
 
@@ -97,7 +107,7 @@ class PointArray {
   explicit PointArray(const BallotPoints& points, bool needs_limit = false);
   std::size_t count() const { return shape_.count; }
   void read(std::uint64_t first, std::span<ProbePoint> points) const;
-  const MaskColumn& masks() const { return masks_; }
+  const FilterColumns& filters() const { return filters_; }
   /// As of RayArray, in turn.
   MakeQuestions<ProbePoint> make_there(Context& gpu) const;
 
@@ -106,7 +116,7 @@ class PointArray {
   Column at_, limit_;
   std::array<Column, 3> axes_;  // the same one by one, or in the place of it
   Columns<4> columns_;
-  MaskColumn masks_;
+  FilterColumns filters_;
   std::array<Lane, 3> lanes_;  // none: the points are in `at`
 };
 

@@ -142,7 +142,7 @@ struct AnswersThere {
   SumWriter sums;
   std::unique_ptr<Buffer<Hit>> hits;
   std::unique_ptr<Buffer<ProbePoint>> points;  // these of a part of the points
-  std::unique_ptr<Buffer<std::uint32_t>> masks;
+  std::array<std::unique_ptr<Buffer<std::uint32_t>>, FILTERS> words;
   std::unique_ptr<Buffer<Nearest>> nearest;
   std::unique_ptr<Buffer<std::uint32_t>> inside;
 };

@@ -51,7 +51,8 @@ void check_names(const Scene& scene) {
          all.names.size());
 }
 
-/// Has meshes lie in the world, or not, as the layout asks for. Nobody meets a mesh of mask 0, so none shares its tree.
+/// Has meshes lie in the world, or not, as the layout asks for. Nobody meets a mesh of mask 0, and not everybody one of
+/// a group, so none shares its tree.
 void lay_out(SceneInstances& all) {
   std::vector<std::uint32_t> uses(all.meshes());
   for (const Placement& p : all.placements) ++uses[p.mesh];
@@ -59,7 +60,7 @@ void lay_out(SceneInstances& all) {
   for (const Placement& p : all.placements) {
     bool& in_world = all.mesh_labels[p.mesh].in_world;
     if (all.layout == Layout::Merge) in_world = uses[p.mesh] == 1 && is_identity(p.transform) && p.mesh >= next;
-    if (all.layout == Layout::Separate || p.mask == 0) in_world = false;
+    if (all.layout == Layout::Separate || p.mask == 0 || p.group != kSharedGroup) in_world = false;
     if (all.mesh_labels[p.mesh].kind != ShapeKind::Triangles) in_world = false;
     if (in_world) next = p.mesh + std::size_t{1};
   }

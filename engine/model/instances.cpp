@@ -189,7 +189,7 @@ TreeLayout tree_layout(const Scene& scene) {
     const std::uint32_t first = prim;
     prim += static_cast<std::uint32_t>(all.triangles_of(p.mesh));
     if (joins[p.mesh] || p.mask == 0) continue;
-    to.placements.push_back({to.tree_of[p.mesh], p.transform});
+    to.placements.push_back({to.tree_of[p.mesh], p.transform, kMeetsAll, p.group});
     to.prims.push_back(first);
     to.from.push_back(i);
   }

@@ -44,7 +44,7 @@ void for_each_triangle(const Scene& scene, const Visit& visit) {
   }
   std::uint32_t prim = 0;
   for (std::size_t p = 0; p < scene.instances.placements.size(); ++p) {
-    const auto& [mesh, transform, mask] = scene.instances.placements[p];
+    const auto& [mesh, transform, mask, group] = scene.instances.placements[p];
     if (mask == 0) prim += static_cast<std::uint32_t>(scene.instances.triangles_of(mesh));
     for (std::size_t i = scene.instances.first[mesh]; mask && i < scene.instances.first[mesh + 1]; ++i)
       visit(p, i, prim++);

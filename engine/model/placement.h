@@ -13,12 +13,14 @@
 namespace ballot {
 
 inline constexpr std::uint32_t kMeetsAll = 0xFFFFFFFF;
+inline constexpr std::uint32_t kSharedGroup = 0xFFFFFFFF;  // of what questions of all groups meet
 
 /// A mesh and where it lies.
 struct Placement {
   std::uint32_t mesh = 0;
   Transform transform = {};
-  std::uint32_t mask = kMeetsAll;  // rays whose masks share no bit with it do not cross it; 0: no query meets it
+  std::uint32_t mask = kMeetsAll;      // rays whose masks share no bit with it do not cross it; 0: no query meets it
+  std::uint32_t group = kSharedGroup;  // questions of other groups leave it out
 };
 
 /// The largest number of triangles, counted through the instances. Hit::prim has 32 bits, and two of its values mean

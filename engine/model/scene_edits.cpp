@@ -121,13 +121,13 @@ void SceneEdits::remove_mesh(std::uint32_t mesh) {
 
 void SceneEdits::separate_mesh(std::uint32_t mesh) { mesh_at(mesh).label.in_world = false; }
 
-std::uint32_t SceneEdits::add_placement(std::uint32_t mesh, const Transform& transform, std::uint32_t mask) {
-  const MeshLabel label = mesh_at(mesh).label;
+std::uint32_t SceneEdits::add_placement(const Placement& given) {
+  const MeshLabel label = mesh_at(given.mesh).label;
   if (next_.placement > kLastNumber)
     fail(Failure::Arguments, "instance: the scene has had {} instances; make a new one", next_.placement);
-  mesh_at(mesh).label.in_world = false;
+  mesh_at(given.mesh).label.in_world = false;
   const std::uint32_t number = next_.placement++;
-  places_.emplace(number, Place{{mesh, transform, mask}, {.name = label.name, .node = number, .number = number}});
+  places_.emplace(number, Place{given, {.name = label.name, .node = number, .number = number}});
   return number;
 }
 
@@ -137,6 +137,10 @@ void SceneEdits::remove_placement(std::uint32_t placement) {
 }
 
 void SceneEdits::set_mask(std::uint32_t placement, std::uint32_t mask) { place_at(placement).placement.mask = mask; }
+
+void SceneEdits::set_group(std::uint32_t placement, std::uint32_t group) {
+  place_at(placement).placement.group = group;
+}
 
 void SceneEdits::set_masks(std::span<const std::uint32_t> masks) {
   open();

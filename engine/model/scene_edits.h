@@ -57,10 +57,11 @@ class SceneEdits {
   /// Has a mesh lie in a tree of its own from now on.
   void separate_mesh(std::uint32_t mesh);
 
-  /// Adds a placement of a mesh, and returns its number.
-  std::uint32_t add_placement(std::uint32_t mesh, const Transform& transform, std::uint32_t mask);
+  /// Adds a placement of a mesh, which it names by its number, and returns its own number.
+  std::uint32_t add_placement(const Placement& given);
   void remove_placement(std::uint32_t placement);
   void set_mask(std::uint32_t placement, std::uint32_t mask);
+  void set_group(std::uint32_t placement, std::uint32_t group);
   /// Sets the masks of all placements, in the order of their numbers.
   void set_masks(std::span<const std::uint32_t> masks);
   /// Returns true if such masks change the structure, or the other edits do so: a placement is met that was not before,
@@ -78,7 +79,7 @@ class SceneEdits {
 
   /// Returns true if the edits are of anything but the vertices of meshes.
   bool changes_instances() const { return opened_ || !some_.empty() || !all_.empty(); }
-  /// Returns true if meshes or placements come or go, lie in other trees, or have other masks.
+  /// Returns true if meshes or placements come or go, lie in other trees, or have other masks or groups.
   bool changes_structure();
   /// Returns the structure that the edits make. Takes their triangles.
   SceneStructure structure();

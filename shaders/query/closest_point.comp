@@ -89,8 +89,8 @@ void main() {
   bool inside = place < push.ray_end;
   uint index = point_at(inside ? place : push.ray_begin);
   vec4 record = ray_half(index);
-#if BALLOT_MASKS
-  begin_masks(index);
+#if BALLOT_FILTERS
+  begin_filters(index);
 #endif
 #include "../lib/query/closest_walk.glsl"
   if (inside) store_nearest(index, p, best, limit);

@@ -8,6 +8,8 @@
 // (lib/query/first.glsl), and their number is that of the list: a row holds them in order, and behind them misses. Mode
 // exact may list others besides, in no order.
 //
+// BALLOT_LAST: the last crossings take the place of the first.
+//
 // BALLOT_ANY: a ray ends at the first crossing that is found, whichever that is. For BALLOT_FIRST of one.
 //
 // lib/query/triangle_crossing.glsl has what a crossing is, and why closed surfaces are crossed an even number of times.
@@ -24,6 +26,20 @@
 #endif
 #include "../lib/frame/kernel.glsl"
 #include "../shared/query.h"
+#if BALLOT_LAST
+// Returns the ray in the other direction, with the same points at t of the other sign.
+Ray turned(Ray ray) { return Ray(ray.origin, -ray.t_max, -ray.dir, -ray.t_min); }
+Ray load_turned(uint index) {
+  Ray ray = load_ray(index);
+  return is_dead(ray) ? ray : turned(ray);  // which may be dead by its end alone
+}
+#define GIVEN_RAY load_turned
+// From the ray that is walked to the one that was given.
+#define GIVEN_WAY(ray) turned(ray)
+#define GIVEN_T(t) -(t)
+#else
+#define GIVEN_RAY load_ray
+#endif
 #if BALLOT_INSTANCES
 #include "../lib/tree/instances.glsl"
 #endif
@@ -75,14 +91,14 @@ void main() {
 #if BALLOT_INSTANCES
   Walker w;
   bool live = begin_walks(wanted ? index : push.ray_end, w);
-  float scale = world_scale;
+  float scale = GIVEN_T(world_scale);
   uint found = 0u;
 #else
-  Ray given = load_ray(mine);
+  Ray given = GIVEN_RAY(mine);
   bool live = wanted && !is_dead(given);
   if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
   Walker w = make_walker(given);
-  float scale = direction_scale(given.dir);
+  float scale = GIVEN_T(direction_scale(given.dir));
   uint found = 0u;
   begin_walk(live);
 #endif

@@ -18,15 +18,15 @@
 
 layout(set = 0, binding = BIND_CROSSINGS, scalar) writeonly buffer Answers { uint answers[]; };
 
-#if BALLOT_MASKS
-#include "../lib/query/masks.glsl"
+#if BALLOT_FILTERS
+#include "../lib/query/filters.glsl"
 #endif
 
 uint found = 0u;
 
 void take_within(Probe p, float limit, uint texel) {
-#if BALLOT_MASKS
-  if (is_masked(PRIM_OF(texel))) return;
+#if BALLOT_FILTERS
+  if (is_left_out(PRIM_OF(texel))) return;
 #endif
   float inverse = 1.0 / p.scale;
   precise float root = sqrt(DISTANCE2_OF(p, texel));
@@ -48,8 +48,8 @@ void main() {
   uint mine = inside ? index : push.ray_begin;
   bool wanted = begin_list(mine) && inside;
   vec4 record = ray_half(mine);
-#if BALLOT_MASKS
-  begin_masks(mine);
+#if BALLOT_FILTERS
+  begin_filters(mine);
 #endif
   float limit = record.w;
   bool live = wanted && is_finite(record.xyz) && is_limit(limit);
@@ -61,6 +61,9 @@ void main() {
   float limit2 = limit_distance2(p, limit);
 #if BALLOT_INSTANCES
   begin_instances(live);
+#if BALLOT_FILTERS >> FILTER_GROUP
+  begin_group(live, group_root(question_group), shared_root());
+#endif
   for (node = next_instance(p, limit2); node != END_OF_TREE; top = 1u, node = next_instance(p, limit2))
 #endif
   while (node != END_OF_TREE) {

@@ -7,7 +7,6 @@
 // The bindings of set 0 that query kernels have in addition to those of layout.h and variant.h.
 #define BIND_CROSSINGS 16       // out: a word for each query: crossings of a ray, or whether a point is inside
 #define BIND_PLACES 17          // in: where lists go
-#define BIND_RAY_MASKS 18       // in: a word a question
 #define BIND_TRIANGLE_MASKS 19  // in: a word a triangle
 #define BIND_TILES 20           // sums of tiles of queries (shaders/query/places.comp)
 #define BIND_PSEUDONORMALS 21   // in: PSEUDONORMALS vectors of each triangle
@@ -19,6 +18,8 @@
 #define BIND_MADE_HOW 29        // in: how questions are made of tables
 #define BIND_MADE_WORDS 30      // in: the tables
 #define BIND_WHOLE_PLACES 28    // in: where lists lie whole
+#define BIND_QUESTION_WORDS 51  // in: a word a question for the first filter; those of the others follow
+#define BIND_GROUPS 54          // in: where groups of instances lie
 
 // shaders/query/neighbours.comp, and the order in which closest_point.comp takes points.
 #define BIND_NEIGHBOUR_STATE 31  // NeighbourState
@@ -56,6 +57,17 @@
 //   (T_xx, T_xy, T_xz, T_yy) (T_yz, T_zz, widening of its nodes' boxes, 0)
 #define POINT_HEADER_TEXELS 1
 #define POINT_TEXELS 8
+
+// Filters of questions. BALLOT_FILTERS has the bits of those that leave something out. Each compares a word of the
+// question:
+#define FILTER_MASK 0      // a triangle is left out whose mask shares no bit with it
+#define FILTER_EXCLUDED 1  // the triangle is left out whose number it is
+#define FILTER_GROUP 2     // an instance is left out that is of another group, and not of GROUP_SHARED
+#define FILTERS 3
+#define GROUP_SHARED 0xFFFFFFFFu
+
+// The words of BIND_GROUPS: the number of groups but for GROUP_SHARED; the root of the tree over the shared instances;
+// the groups in ascending order; the root of each. A root is END_OF_TREE without instances.
 
 // Specialization constant, in addition to those of variant.h: the crossings of a ray that
 // shaders/query/crossings.comp keeps (lib/query/first.glsl).

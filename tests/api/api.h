@@ -4,6 +4,7 @@
 #include <ballot/ballot.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <memory>
 #include <random>
 #include <string>
@@ -23,6 +24,20 @@ Code code_of(const Call& call, std::string* text = nullptr) {
   }
   ADD_FAILURE() << "no error";
   return BALLOT_ERROR_WORK;
+}
+
+/// Returns the first records of an array on the device.
+template <class T>
+std::vector<T> read(const ballot::Array<T>& array, std::size_t count) {
+  std::vector<T> all(count);
+  array.read(all);
+  return all;
+}
+
+/// Compares bits.
+template <class T>
+bool same(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
 /// n x n squares in the plane z = 0, over [0, 1]^2.

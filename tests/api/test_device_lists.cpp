@@ -7,18 +7,6 @@
 
 namespace {
 
-template <class T>
-std::vector<T> read(const ballot::Array<T>& array, std::size_t count) {
-  std::vector<T> all(count);
-  array.read(all);
-  return all;
-}
-
-template <class T>
-bool same(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-
 class DeviceLists : public Api {
  protected:
   static constexpr std::size_t kRays = 700;

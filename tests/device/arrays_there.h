@@ -9,24 +9,26 @@
 
 namespace ballot {
 
-/// The rays of a source, and their masks, on the device.
+/// The rays of a source, and their words, on the device.
 class RaysThere {
  public:
-  RaysThere(Context& gpu, const RaySource& source)
-      : rays_(gpu, source.count, Access::Storage, "rays"), masks_(gpu, source.count, Access::Storage, "masks") {
+  RaysThere(Context& gpu, const RaySource& source) : rays_(gpu, source.count, Access::Storage, "rays") {
     std::vector<Ray> rays(source.count);
     source.read(0, rays);
     rays_.upload(rays);
-    std::vector<std::uint32_t> masks(source.masks ? source.count : 0);
-    if (source.masks) source.masks(0, masks);
-    masks_.upload(masks);
-    there_.emplace(DeviceRays{rays_, source.count, source.masks ? &masks_ : nullptr});
+    there_.emplace(DeviceRays{rays_, source.count});
+    const FilterWords words = source.filters.read(0, source.count);
+    for (std::size_t f = 0; f < FILTERS; ++f) {
+      if (words.of[f].empty()) continue;
+      words_[f].emplace(gpu, source.count, Access::Storage, "words").upload(words.of[f]);
+      there_->filters.of[f] = &*words_[f];
+    }
   }
   const DeviceRays& rays() const { return *there_; }
 
  private:
   Buffer<Ray> rays_;
-  Buffer<std::uint32_t> masks_;
+  std::array<std::optional<Buffer<std::uint32_t>>, FILTERS> words_;
   std::optional<DeviceRays> there_;
 };
 

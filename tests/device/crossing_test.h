@@ -44,7 +44,7 @@ class CrossingTest : public DeviceTest {
       std::copy_n(rays.begin() + std::ptrdiff_t(first), room.size(), room.begin());
     };
     if (!masks.empty())
-      source.masks = [masks](std::uint64_t first, std::span<std::uint32_t> room) {
+      source.filters.of[FILTER_MASK] = [masks](std::uint64_t first, std::span<std::uint32_t> room) {
         std::copy_n(masks.begin() + std::ptrdiff_t(first), room.size(), room.begin());
       };
     return source;

@@ -39,7 +39,7 @@ class PointMasks : public Builders {
   }
   static PointQuery query(const Words& of_points, const Words& of_triangles) {
     PointQuery query;
-    query.masks = [&of_points](std::uint64_t first, std::span<std::uint32_t> room) {
+    query.filters.of[FILTER_MASK] = [&of_points](std::uint64_t first, std::span<std::uint32_t> room) {
       std::copy_n(of_points.begin() + std::ptrdiff_t(first), room.size(), room.begin());
     };
     query.triangle_masks = of_triangles;
@@ -78,7 +78,7 @@ class PointMasks : public Builders {
       ArraysThere<Within> to(*gpu_, points.size(), all.size());
       PointQuery asked;
       asked.triangle_masks = of_triangles;
-      EXPECT_EQ(queries.within({there, points.size(), &masks}, to.lists(), asked).records, all.size());
+      EXPECT_EQ(queries.within({there, points.size(), {{&masks}}}, to.lists(), asked).records, all.size());
       to.expect(counts, {}, all);
     }
     gpu_->stream_ring().reset();

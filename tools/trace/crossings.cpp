@@ -21,7 +21,7 @@ RaySource source_of(RayFile& file, const CrossingsWanted& want, const Progress& 
     if (some < room.size()) fail(Failure::Work, "rays were asked for beyond the end of their file");
   };
   if (!want.ray_masks.empty())
-    source.masks = [&want](std::uint64_t first, std::span<std::uint32_t> room) {
+    source.filters.of[FILTER_MASK] = [&want](std::uint64_t first, std::span<std::uint32_t> room) {
       std::ranges::copy(want.ray_masks.subspan(std::size_t(first), room.size()), room.begin());
     };
   source.progress = [&progress, count = file.count()](std::uint64_t done) { progress(double(done) / double(count)); };

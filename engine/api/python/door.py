@@ -32,6 +32,13 @@ NAMES = {"ballot_trace": "trace", "ballot_list_crossings": "crossings", "ballot_
          "ballot_list_within": "within", "BallotHits": "trace_columns()"}  # fmt: skip
 
 
+#: what stands among the options of Python, and in C among columns of questions and arrays on the device
+FILTERS = {"excluded": "whole numbers, as masks: of each ray or point the triangle to leave out, as HIT's prim counts, "
+                       "such as the one that it leaves; MISS: none",
+           "groups": "whole numbers, as masks: instances of other groups are left out, but for shared ones "
+                     "(set_groups()); None: none is"}  # fmt: skip
+
+
 @dataclass
 class Row:
     """A member of a struct."""
@@ -169,7 +176,7 @@ def python(door: Door) -> str:
     of["files"] = door.rows["BallotSceneOptions"]
     lines = ['"""What the C interface says: options, columns, infos and error codes. Made by door.py."""', "",
              "from __future__ import annotations", "", "import enum",
-             "from collections.abc import Callable, Mapping", "from typing import NamedTuple, TypedDict", "",
+             "from collections.abc import Callable, Mapping", "from typing import Any, NamedTuple, TypedDict", "",
              "import numpy as np", "", "",
              "class Code(enum.IntEnum):", '    """The kind of a failure, Error.code."""', ""]  # fmt: skip
     for name, number, text in door.codes:
@@ -184,6 +191,8 @@ def python(door: Door) -> str:
                 "scenes": "SceneOptions", "files": "FileOptions"}[kind]  # fmt: skip
         lines += fields(name, "TypedDict, total=False", f"How to answer: options of {kind}.", rows)
         if kind in KINDS[:3]:
+            for filter, text in FILTERS.items():
+                lines += field(f"{filter}: Any", text)
             lines += field("progress: Callable[[float], object] | None",
                            "called with the share done; returning False ends the call")  # fmt: skip
         lines += ["", ""]
@@ -199,7 +208,9 @@ def python(door: Door) -> str:
         lines += [f'    "{r.name}": ({number[r.type]}, ({f"{r.count}," if r.count > 1 else ""})),'
                   for r in door.rows[struct] if r.type in number]  # fmt: skip
         lines += ["}"]
-    texts = {f"{kind}_options": table([(r.name, text_of(r)) for r in rows]) for kind, rows in of.items()}
+    texts = {f"{kind}_options": table([(r.name, text_of(r)) for r in rows]
+                                      + (list(FILTERS.items()) if kind in KINDS[:3] else []))
+             for kind, rows in of.items()}  # fmt: skip
     shapes = {1: "(...)", 2: "(..., 2)", 3: "(..., 3)"}
     for struct, name in (("BallotHits", "hit_columns"), ("BallotNearest", "point_columns")):
         texts[name] = table([(f'"{r.name}"', f"{shapes[r.count]} {number[r.type][3:].rstrip('_')}: {text_of(r)}")
@@ -214,7 +225,7 @@ def python(door: Door) -> str:
               "        lines.append(line if words is None else indent + words.replace(\"\\n\", \"\\n\" + indent))",
               "    function.__doc__ = \"\\n\".join(lines)", "    return function", ""]  # fmt: skip
     text = "\n".join(lines)
-    return text.replace("import NamedTuple, TypedDict\n", "import NamedTuple, TypedDict, TypeVar\n").replace(
+    return text.replace("import Any, NamedTuple, TypedDict\n", "import Any, NamedTuple, TypedDict, TypeVar\n").replace(
         "import numpy as np\n", 'import numpy as np\n\n_F = TypeVar("_F", bound=Callable[..., object])\n', 1)
 
 

@@ -22,7 +22,7 @@ Fetch usual_fetch(const DeviceInfo& device) {
 }  // namespace
 
 bool DeviceTree::moves_on_device() const {
-  if (!forest_ || !TopBuilder::runs_on(gpu_.info())) return false;
+  if (!forest_ || forest_->has_groups() || !TopBuilder::runs_on(gpu_.info())) return false;
   const std::uint64_t bytes = std::uint64_t(forest_->size()) * (TOP_NODE_TEXELS + INSTANCE_TEXELS) * sizeof(glm::uvec4);
   if (forest_->size() > BUILD_INDEX_MASK || bytes > gpu_.info().max_storage_range) return false;
   return asked_on_device_.value_or(!gpu_.info().is_cpu() && forest_->size() >= kLeastOnDevice);

@@ -76,10 +76,12 @@ void Forest::place(std::span<const Placement> placements) {
     mesh_of_.push_back(placements[i].mesh);
     transforms_.push_back(placements[i].transform);
   }
+  if (std::ranges::any_of(placements, [](const Placement& p) { return p.group != kSharedGroup; }))
+    for (const Placement& p : placements) groups_.push_back(p.group);
   number();
   count();
   std::vector<Instance> made = placed(transforms_);
-  TopTree top = build_top(made, meshes_);
+  TopTree top = build_top(made, meshes_, groups_);
   set(std::move(made), std::move(top));
 }
 
@@ -149,7 +151,7 @@ void Forest::move(std::span<const Transform> transforms) {
     set(std::move(moved), std::move(top_));
   } else {
     try {
-      TopTree built = build_top(moved, meshes_);
+      TopTree built = build_top(moved, meshes_, groups_);
       set(std::move(moved), std::move(built));
     } catch (...) {
       if (!reshaped_) refit_top(top_, instances_);
@@ -215,7 +217,7 @@ void Forest::bring() const {
   const std::lock_guard lock(bringing_);
   if (!late_) return;
   std::vector<Instance> made = placed(transforms());
-  top_ = build_top(made, meshes_);
+  top_ = build_top(made, meshes_, groups_);
   instances_ = std::move(made);
   late_ = false;
 }

@@ -37,9 +37,15 @@ struct TopFacts {
   double build_s = 0;                // wall time in seconds of the last build or refit
 };
 
+/// The instances of a group, which lie below a node of their own.
+struct TopGroup {
+  std::uint32_t group = 0, root = END_OF_TREE;  // the root: a child reference
+};
+
 /// The top-level tree as the device reads it (shaders/shared/layout.h).
 struct TopTree : TopFacts {
   std::vector<glm::uvec4> texels;  // inner nodes, then the records of the instances
+  std::vector<TopGroup> groups;    // those with instances that can be hit, in ascending order; none: there are none
 };
 
 /// How instances and their triangles are numbered.
@@ -95,6 +101,9 @@ class Forest {
   std::uint32_t first_of(std::size_t instance) const { return first_of_[instance]; }
   /// Returns what errors call an instance.
   std::size_t name_of(std::size_t instance) const { return names_.empty() ? instance : names_[instance]; }
+  /// Returns true if instances have groups, so that each has a part of the top-level tree. It is then held by the host.
+  bool has_groups() const { return !groups_.empty(); }
+  std::uint32_t group_of(std::size_t instance) const { return groups_.empty() ? kSharedGroup : groups_[instance]; }
   const std::vector<Instance>& instances() const {
     bring();
     return instances_;
@@ -143,7 +152,7 @@ class Forest {
 
   std::vector<std::vector<Triangle>> own_;  // triangles that nobody else keeps
   std::vector<MeshTree> meshes_;
-  std::vector<std::uint32_t> mesh_of_, first_of_, names_;  // of each instance
+  std::vector<std::uint32_t> mesh_of_, first_of_, names_, groups_;  // of each instance
   TopFacts facts_;
   TreeFacts tree_facts_;      // of all meshes
   BvhStats sum_;              // of all meshes
@@ -162,8 +171,10 @@ class Forest {
   mutable std::mutex bringing_, bringing_transforms_;
 };
 
-/// Builds the top-level tree. Instances without a box (of empty meshes) are left out.
-TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree> meshes);
+/// Builds the top-level tree. Instances without a box (of empty meshes) are left out. `groups`: of each instance; none:
+/// there are none. Else the instances of each have a tree, and a tree over the roots of these is the one over all.
+TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree> meshes,
+                  std::span<const std::uint32_t> groups = {});
 
 /// Moves the boxes of a top-level tree, whose shape stays, to instances of the same meshes.
 void refit_top(TopTree& top, std::span<const Instance> instances);

@@ -1,6 +1,7 @@
 // The top-level tree: built over the boxes of the instances, and written as the device reads it.
 #include <algorithm>
 #include <bit>
+#include <map>
 
 #include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
@@ -16,17 +17,80 @@ glm::uvec4 texel(const glm::vec3& v, std::uint32_t w) {
 }
 glm::uvec4 texel(const glm::vec3& v, float w) { return texel(v, std::bit_cast<std::uint32_t>(w)); }
 
-/// Returns the largest slack below each node.
-std::vector<float> slacks_of(const Bvh& bvh, std::span<const std::uint32_t> used, std::span<const Instance> instances) {
-  std::vector<float> slacks(bvh.nodes.size());
-  for (std::size_t i = slacks.size(); i-- > 0;) {  // children come after their parents
-    const BvhNode& node = bvh.nodes[i];
-    if (node.count)
-      slacks[i] = instances[used[bvh.references[node.first]]].slack;
-    else if (i != 1)
-      slacks[i] = std::max(slacks[node.first], slacks[node.first + 1]);
+/// What lies below a leaf of a part of the tree: an instance, or the part of a group.
+struct TopLeaf {
+  Bounds box;
+  float slack;
+  std::uint32_t reference;
+};
+
+/// A part of the tree: a tree over leaves, whose inner nodes begin at a texel of all.
+class TopPart {
+ public:
+  explicit TopPart(std::vector<TopLeaf> leaves) : leaves_(std::move(leaves)) {
+    std::vector<Bounds> boxes;
+    for (const TopLeaf& leaf : leaves_) boxes.push_back(leaf.box);
+    bvh_ = build_box_bvh(boxes);
+    slacks_.resize(bvh_.nodes.size());
+    for (std::size_t i = slacks_.size(); i-- > 0;) {  // children come after their parents
+      const BvhNode& node = bvh_.nodes[i];
+      if (node.count)
+        slacks_[i] = leaves_[bvh_.references[node.first]].slack;
+      else if (i != 1)
+        slacks_[i] = std::max(slacks_[node.first], slacks_[node.first + 1]);
+    }
   }
-  return slacks;
+  std::uint32_t depth() const { return bvh_.stats.depth; }
+  /// Returns the texels of its inner nodes: pairs of siblings begin at node 2.
+  std::uint32_t texels() const {
+    return bvh_.nodes.size() < 2 ? 0 : std::uint32_t(bvh_.nodes.size() / 2 - 1) * TOP_NODE_TEXELS;
+  }
+  void begin_at(std::uint32_t texel) { begin_ = texel; }
+  /// Returns the root as a leaf of a part above. It has a leaf.
+  TopLeaf root() const { return {{bvh_.nodes[0].lo, bvh_.nodes[0].hi}, slacks_[0], reference(0)}; }
+  /// The leaves may get other references before write() and after the tree was built.
+  std::vector<TopLeaf>& leaves() { return leaves_; }
+  void write(std::vector<glm::uvec4>& to) const {
+    for (std::uint32_t left = 2; left + 1 < bvh_.nodes.size(); left += 2)
+      for (const std::uint32_t child : {left, left + 1}) {
+        to.push_back(texel(bvh_.nodes[child].lo, reference(child)));
+        to.push_back(texel(bvh_.nodes[child].hi, slacks_[child]));
+      }
+  }
+
+ private:
+  std::uint32_t reference(std::uint32_t node) const {
+    const BvhNode& n = bvh_.nodes[node];
+    return n.count ? leaves_[bvh_.references[n.first]].reference : begin_ + (n.first / 2 - 1) * TOP_NODE_TEXELS;
+  }
+
+  std::vector<TopLeaf> leaves_;
+  Bvh bvh_;
+  std::vector<float> slacks_;
+  std::uint32_t begin_ = 0;
+};
+
+/// Writes the nodes over the instances of groups, in ascending order, and behind them those of each group.
+void write_groups(TopTree& top, const std::map<std::uint32_t, std::vector<TopLeaf>>& leaves_of) {
+  std::vector<TopPart> parts;
+  std::vector<TopLeaf> roots;
+  for (const auto& [group, leaves] : leaves_of) {
+    parts.emplace_back(leaves);
+    roots.push_back(parts.back().root());
+    top.groups.push_back({.group = group});
+    top.depth = std::max(top.depth, parts.back().depth());
+  }
+  TopPart above(std::move(roots));
+  top.depth += above.depth();
+  std::uint32_t begin = above.texels();
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    parts[i].begin_at(begin);
+    begin += parts[i].texels();
+    top.groups[i].root = above.leaves()[i].reference = parts[i].root().reference;
+  }
+  top.root = above.root().reference;
+  above.write(top.texels);
+  for (const TopPart& part : parts) part.write(top.texels);
 }
 
 void write_record(glm::uvec4* to, const Instance& i) {
@@ -73,31 +137,18 @@ void measure(TopTree& top, std::span<const Instance> instances) {
 
 }  // namespace
 
-TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree> meshes) {
+TopTree build_top(std::span<const Instance> instances, std::span<const MeshTree> meshes,
+                  std::span<const std::uint32_t> groups) {
   const Timer timer;
-  std::vector<std::uint32_t> used;  // numbers of the instances that can be hit
-  std::vector<Bounds> boxes;
+  std::map<std::uint32_t, std::vector<TopLeaf>> leaves;  // of the instances that can be hit, by their groups
   for (std::uint32_t i = 0; i < instances.size(); ++i) {
     if (meshes[instances[i].mesh].extents.empty) continue;
-    used.push_back(i);
-    boxes.push_back(instances[i].box);
+    leaves[groups.empty() ? kSharedGroup : groups[i]].push_back({instances[i].box, instances[i].slack, LEAF_BIT | i});
   }
-  const Bvh bvh = build_box_bvh(boxes);
-  const std::vector<float> slacks = slacks_of(bvh, used, instances);
   TopTree top;
-  top.depth = bvh.stats.depth;
-  const auto reference = [&](std::uint32_t node) {
-    const BvhNode& n = bvh.nodes[node];
-    // Pairs of siblings begin at node 2.
-    return n.count ? LEAF_BIT | used[bvh.references[n.first]] : (n.first / 2 - 1) * TOP_NODE_TEXELS;
-  };
-  top.texels.reserve(bvh.nodes.size() * TOP_NODE_TEXELS / 2 + instances.size() * INSTANCE_TEXELS);
-  for (std::uint32_t left = 2; left + 1 < bvh.nodes.size(); left += 2)
-    for (const std::uint32_t child : {left, left + 1}) {
-      top.texels.push_back(texel(bvh.nodes[child].lo, reference(child)));
-      top.texels.push_back(texel(bvh.nodes[child].hi, slacks[child]));
-    }
-  if (!bvh.nodes.empty()) top.root = reference(0);
+  top.texels.reserve(instances.size() * (TOP_NODE_TEXELS + INSTANCE_TEXELS));
+  if (!leaves.empty()) write_groups(top, leaves);
+  if (groups.empty()) top.groups.clear();
   top.records = std::uint32_t(top.texels.size());
   top.texels.resize(top.records + instances.size() * INSTANCE_TEXELS);
   for (std::size_t i = 0; i < instances.size(); ++i)

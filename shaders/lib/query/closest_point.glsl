@@ -5,8 +5,8 @@
 uint best_instance;  // of the answer so far
 #endif
 
-#if BALLOT_MASKS
-#include "masks.glsl"
+#if BALLOT_FILTERS
+#include "filters.glsl"
 #endif
 
 #if BALLOT_SIDES
@@ -47,8 +47,8 @@ void store_shape(inout uvec4 first, inout uvec4 second, Probe p, Best best, floa
 
 void consider_nearest(Probe p, inout Best best, uint texel) {
   uint prim = PRIM_OF(texel);
-#if BALLOT_MASKS
-  if (is_masked(prim)) return;
+#if BALLOT_FILTERS
+  if (is_left_out(prim)) return;
 #endif
   float d = DISTANCE2_OF(p, texel);
 #ifdef CALLED_ACCEPT

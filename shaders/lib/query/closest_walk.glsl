@@ -15,6 +15,9 @@
 #endif
 #if BALLOT_INSTANCES
   begin_instances(live);
+#if BALLOT_FILTERS >> FILTER_GROUP
+  begin_group(live, group_root(question_group), shared_root());
+#endif
   for (node = next_instance(p, best.reach2); node != END_OF_TREE; top = 1u, node = next_instance(p, best.reach2))
 #endif
   while (node != END_OF_TREE) {

@@ -5,8 +5,8 @@
 #elif BALLOT_CULL == CULL_FRONT
   crossed = crossed && !front;
 #endif
-#if BALLOT_MASKS
-  if (crossed) crossed = !is_masked(hit.prim);
+#if BALLOT_FILTERS
+  if (crossed) crossed = !is_left_out(hit.prim);
 #endif
 #if BALLOT_ALPHA
   if (crossed) {

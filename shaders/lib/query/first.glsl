@@ -6,6 +6,10 @@
 // have is within the reach. So the list holds the first crossings, may hold others, and the host puts it into order. A
 // ray is UNSURE if a crossing within the reach is open.
 //
+// BALLOT_LAST: the last crossings are the first ones of the ray turned round, which ends where it began. The arithmetic
+// of crossings is the same for both but for the sign of t (lib/query/triangle_crossing.glsl), so t has the bits that it
+// has in the whole list. The farthest comes first; at equal t the smallest prim.
+//
 // BALLOT_INSTANCES: t and the reach, `best.t`, are on the scale of `world`; the walk of a mesh has the reach on its own
 // scale besides. Mode exact orders crossings of two instances by t as reported, which is off by 2^-24 + 2^-30
 // of it. What is left out still comes behind the first crossings: its t is not below the reach, and theirs are below it

@@ -157,6 +157,20 @@ void begin_instances(bool live) {
   top_height = 2u;
 }
 
+#if BALLOT_FILTERS >> FILTER_GROUP
+// Begins with the trees over the instances of a group and over the shared ones instead of the one over all, which lies
+// above both: so the stack has room.
+void begin_group(bool live, uint group, uint others) {
+  top_height = 1u;
+  top_stack[1] = others;
+  top_near[1] = 0.0;
+  top_height += uint(live && others != END_OF_TREE);
+  top_stack[top_height] = group;
+  top_near[top_height] = 0.0;
+  top_height += uint(live && group != END_OF_TREE);
+}
+#endif
+
 // Continues to the next instance whose box is no farther away than reach2, the nearest first. Returns the root of its
 // mesh; END_OF_TREE if there is none.
 uint next_instance(Probe p, float reach2) {

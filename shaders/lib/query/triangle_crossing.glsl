@@ -14,9 +14,10 @@
 // for that test.
 //
 // What is asked for alone is compiled. BALLOT_CULL leaves out triangles that are seen from their back or front.
-// BALLOT_MASKS leaves out those whose mask shares no bit with the ray's. BALLOT_ALPHA leaves out those whose surface
-// stops nothing where the ray meets it (opacity() of lib/shade/surface_material.glsl, as rendering does). BALLOT_EXACT
-// tells what rounding may have decided; the bounds are in lib/query/sure.glsl.
+// BALLOT_FILTERS leaves out what words of the ray say (filters.glsl). BALLOT_ALPHA leaves out those whose surface stops
+// nothing where the ray meets it (opacity() of lib/shade/surface_material.glsl, as rendering does). BALLOT_EXACT tells
+// what rounding may have decided; the bounds are in lib/query/sure.glsl. BALLOT_LAST: the ray is turned round
+// (first.glsl), and seen from its other end.
 //
 // BALLOT_INSTANCES: all this holds in the space of each mesh (lib/tree/instances.glsl).
 #include "crossing.glsl"
@@ -39,16 +40,21 @@
 #include "sure.glsl"
 #endif
 
-#if BALLOT_MASKS
-#include "masks.glsl"
+#if BALLOT_FILTERS
+#include "filters.glsl"
 #endif
 
 // Must be called before crosses().
 void begin_crossings(uint ray) {
-#if BALLOT_MASKS
-  begin_masks(ray);
+#if BALLOT_FILTERS
+  begin_filters(ray);
 #endif
 }
+
+#if !BALLOT_LAST
+#define GIVEN_WAY(ray) ray
+#define GIVEN_T(t) t
+#endif
 
 // What rounding leaves open about a triangle; without BALLOT_EXACT nothing.
 struct Doubt {
@@ -93,6 +99,9 @@ bool crosses(Walker w, uint texel, out Hit hit, out Doubt doubt) {
 #if BALLOT_INSTANCES
   front = front != is_mirrored;
 #endif
+#if BALLOT_LAST
+  front = !front;
+#endif
 #include "crossing_filters.glsl"
   return crossed;
 }
@@ -111,14 +120,14 @@ bool crosses_shape(Walker w, uint texel, uint end, out Hit hit, out Doubt doubt)
   uint prim = leaf_texel(texel).w;
   Shape shape = fetch_shape(prim);
   vec2 span;
-  bool crossed = shape_span(shape, w.ray, span) && end < shape_ends();
-  float t = span[end];
+  bool crossed = shape_span(shape, GIVEN_WAY(w.ray), span) && end < shape_ends();
+  float t = GIVEN_T(span[end]);
   crossed = crossed && t >= w.ray.t_min && t <= w.ray.t_max;
-  vec3 normal = shape_normal(shape, w.ray, span, end);
+  vec3 normal = shape_normal(shape, GIVEN_WAY(w.ray), span, end);
   vec2 uv = octahedral_of(normal);
   hit = Hit(SCENE_T(t), SCENE_PRIM(prim), uv.x, uv.y);
   doubt = Doubt(false, hit.t, hit.t);
-  bool front = shape_ends() == 1u ? shape_dot(normal, w.ray.dir) < 0.0 : end == 0u;
+  bool front = shape_ends() == 1u ? shape_dot(normal, GIVEN_WAY(w.ray).dir) < 0.0 : end == 0u;
 #include "crossing_filters.glsl"
   return crossed;
 }

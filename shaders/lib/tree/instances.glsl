@@ -53,10 +53,14 @@ uint first_prim;     // number of the first triangle of the instance that is wal
 bool is_mirrored;    // its matrix mirrors
 float object_scale;  // of t, from the mesh's walk to the scale of `world`
 
+#ifndef GIVEN_RAY
+#define GIVEN_RAY load_ray
+#endif
+
 // Loads ray number `index` and begins its walk. Returns false if there is no such ray or the ray is dead.
 bool begin_instances(uint index) {
   bool inside = index < RAY_END;
-  Ray given = load_ray(inside ? index : whole_push.ray_begin);
+  Ray given = GIVEN_RAY(inside ? index : whole_push.ray_begin);
   bool live = inside && !is_dead(given);
   if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
   world = scaled_ray(given);

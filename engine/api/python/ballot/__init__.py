@@ -61,7 +61,7 @@ except ImportError as error:
 
 from . import trimesh_ray
 from ._array import Array
-from ._arrays import HIT, MISS, RAY
+from ._arrays import HIT, MISS, RAY, SHARED
 from ._ballot import commit, names, version
 from ._bench import bench
 from ._cameras import Camera
@@ -84,6 +84,7 @@ __version__ = version()
 __all__ = [
     "HIT",
     "MISS",
+    "SHARED",
     "RAY",
     "Animation",
     "Array",

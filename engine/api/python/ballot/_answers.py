@@ -72,12 +72,12 @@ class Answers(Closable):
                    returning False ends the call with Error (Code.INTERRUPTED). It must not call ballot.
         times      a list that the Times of the call are appended to
 
-        Returns HIT of shape (...), or (..., first): t, prim, u, v. t counts multiples of the direction, which need not
+        Returns HIT of shape (...), or (..., first) or (..., last): t, prim, u, v. t counts multiples of the direction, which need not
         be of unit length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if t_max <= t_min,
         if a number is NaN or infinite (but t_max), or if its direction is zero.
 
         Rays may be a ballot.Array: then hits are one of "hits", on the same device, and so is `out`, `first` records of
-        each ray one after the other; `masks` one of "uint32", of each ray or one record for all; t, origins, directions
+        each ray one after the other; `masks` and the like one of "uint32", of each ray or one record for all; t, origins, directions
         and poses are for rays of the host, and Times count no hits. Wait for the stream that filled the rays. Float32
         (n, 8) of CUDA's (torch, cupy, Warp) is copied to such an Array there; so is (n, 4) where points are asked for.
 
@@ -91,8 +91,8 @@ class Answers(Closable):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
             return self._traced(on, ("hits",), beside, masks, count, given, times, options)["hits"]
         refuse_count(count)
-        source = _sources.rays(rays, t, origins, directions, masks, poses)
-        asked, progress = _query.options(options, "hits")
+        source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
+        asked, progress = _query.options(options, "hits", True)
         hits = _arrays.out_array(out, _shape(source, asked), HIT, source[1:])
         _told(times, self._handle.trace(source, {"hits": _arrays.flat(hits)}, asked, progress))
         return hits
@@ -119,7 +119,7 @@ class Answers(Closable):
 
         columns  some of
         {hit_columns}
-                 With `first` they have an axis more: (..., first).
+                 With `first` or `last` they have an axis more: (..., first).
         out      arrays for some of the columns, by name
 
         Of rays in a ballot.Array the columns are ballot.Arrays with the same bits, bool as uint8; "hits" may be one of
@@ -137,8 +137,8 @@ class Answers(Closable):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
             return self._traced(on, columns, beside, masks, count, out, times, options)
         refuse_count(count)
-        source = _sources.rays(rays, t, origins, directions, masks, poses)
-        asked, progress = _query.options(options, "hits")
+        source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
+        asked, progress = _query.options(options, "hits", True)
         arrays = _arrays.columns(columns, HIT_COLUMNS, _shape(source, asked), source[1:], out)
         flat = {name: _arrays.flat(array) for name, array in arrays.items()}
         _told(times, self._handle.trace(source, flat, asked, progress))
@@ -148,8 +148,8 @@ class Answers(Closable):
         self, rays: Array, columns: Sequence[str], beside: Mapping[str, Any], masks: Any, count: int | None,
         out: Mapping[str, Any] | None, times: list[Times] | None, options: Mapping[str, Any],
     ) -> dict[str, Array]:
-        asked = Asked("rays", rays, count, beside, masks)
-        return asked.answer(self._handle.trace_there, columns, out, _query.options(options, "hits"), times)
+        asked = Asked("rays", rays, count, beside, _sources.filters(masks, options))
+        return asked.answer(self._handle.trace_there, columns, out, _query.options(options, "hits", True), times)
 
     @overload
     def occluded(
@@ -192,8 +192,8 @@ class Answers(Closable):
         `rays` and `out` must not change until the job has ended. Wrong names of methods and knobs raise ValueError in
         Job.wait().
         """
-        source = _sources.rays(rays, t, origins, directions, masks, poses)
-        asked, progress = _query.options(options, "hits")
+        source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
+        asked, progress = _query.options(options, "hits", True)
         if progress is not None:
             raise TypeError("progress: found a function; a job in the background has none: expected None")
         hits = _arrays.out_array(out, _shape(source, asked), HIT, source[1:])
@@ -244,12 +244,13 @@ class Answers(Closable):
         >>> scene.nearest([[0.25, 0.25, 2]])["distances"].tolist()
         [2.0]
         """
+        filters = _sources.filters(masks, options)
         if on := there(points, "points", self._device):
-            given = Asked("points", on, count, {"limit": limit}, masks)
-            return given.answer(self._handle.nearest_there, columns, out, _query.options(options, "points"), times)
+            given = Asked("points", on, count, {"limit": limit}, filters)
+            return given.answer(self._handle.nearest_there, columns, out, _query.options(options, "points", True), times)
         refuse_count(count)
-        source = _sources.points(points, limit, masks)
-        asked, progress = _query.options(options, "points")
+        source = _sources.points(points, limit, filters)
+        asked, progress = _query.options(options, "points", True)
         arrays = _arrays.columns(columns, POINT_COLUMNS, source.shape, source[1:], out)
         flat = {name: _arrays.flat(array) for name, array in arrays.items()}
         _told(times, self._handle.nearest(source, flat, asked, progress))
@@ -257,15 +258,17 @@ class Answers(Closable):
 
     @overload
     def within(
-        self, points: Array, *, masks: Array | None = None, times: list[Times] | None = None, progress: Any = None
+        self, points: Array, *, masks: Array | None = None, excluded: Array | None = None,
+        groups: Array | None = None, times: list[Times] | None = None, progress: Any = None,
     ) -> DeviceLists: ...
     @overload
     def within(
-        self, points: Any, radius: Any, *, masks: Any = None, times: list[Times] | None = None, progress: Any = None
+        self, points: Any, radius: Any, *, masks: Any = None, excluded: Any = None, groups: Any = None,
+        times: list[Times] | None = None, progress: Any = None,
     ) -> Lists: ...
     def within(
-        self, points: Any, radius: Any = None, *, masks: Any = None, times: list[Times] | None = None,
-        progress: Any = None,
+        self, points: Any, radius: Any = None, *, masks: Any = None, excluded: Any = None, groups: Any = None,
+        times: list[Times] | None = None, progress: Any = None,
     ) -> Any:
         """Lists all triangles within a radius of each point, the nearest first: HIT with t the distance, within the
         bound of nearest(), and u = v = 0.
@@ -273,20 +276,20 @@ class Answers(Closable):
         points  as nearest()
         radius  a distance of at least 0, or an array that broadcasts to the points' shape; triangles at it count. In
                 arrays a point of a negative or NaN radius is near nothing
-        masks   as nearest()
+        masks, excluded, groups  as nearest()
 
-        Of points in a ballot.Array, whose limits are the radii, they are DeviceLists, as of crossings(); masks are then
-        an Array of "uint32".
+        Of points in a ballot.Array, whose limits are the radii, they are DeviceLists, as of crossings().
 
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> counts, hits = scene.within([[0.25, 0.25, 2], [0.25, 0.25, 3]], 2.5)
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
+        filters = _sources.Filters(masks, excluded, groups)
         if on := there(points, "points", self._device):
             told = _query.progress_function(progress)
-            return _listed.lists(self._handle, on, None, {"radius": radius}, masks, {}, told, times)
-        source = _sources.points(points, radius, masks, least=True)
+            return _listed.lists(self._handle, on, None, {"radius": radius}, filters, {}, told, times)
+        source = _sources.points(points, radius, filters, least=True)
         return self._list(source, True, True, {}, _query.progress_function(progress), times)
 
     @overload
@@ -318,12 +321,12 @@ class Answers(Closable):
         >>> scene.count_crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]]).tolist()
         [1, 0]
         """
-        asked, progress = _query.options(options, "crossings")
+        asked, progress = _query.options(options, "crossings", True)
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return _listed.counts(self._handle, on, count, beside, masks, asked, progress, times)
+            return _listed.counts(self._handle, on, count, beside, _sources.filters(masks, options), asked, progress, times)
         refuse_count(count)
-        source = _sources.rays(rays, t, origins, directions, masks, poses)
+        source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
         return self._list(source, False, False, asked, progress, times).counts
 
     @overload
@@ -350,19 +353,19 @@ class Answers(Closable):
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
-        asked, progress = _query.options(options, "crossings")
+        asked, progress = _query.options(options, "crossings", True)
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return _listed.lists(self._handle, on, count, beside, masks, asked, progress, times)
+            return _listed.lists(self._handle, on, count, beside, _sources.filters(masks, options), asked, progress, times)
         refuse_count(count)
-        source = _sources.rays(rays, t, origins, directions, masks, poses)
+        source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
         return self._list(source, False, True, asked, progress, times)
 
     def compact(self, hits: Array, *, first: int = 1, count: int | None = None) -> tuple[Array, Array, int]:
         """Leaves the misses of an Array of "hits" out. Returns (hits, rays, number): Arrays of "hits" and "uint32" with
         those alone, the number of each one's ray, and how many there are; what lies behind them is unspecified.
 
-        first  hits of a ray, as trace() was asked for
+        first  hits of a ray, as trace() was asked for (`first` or `last`)
         count  the first so many hits are looked at; None: all
 
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -387,4 +390,5 @@ class Answers(Closable):
 
 def _shape(source: _sources.Source, asked: Mapping[str, Any]) -> tuple[int, ...]:
     """Returns the shape of hits: with an axis more if several of each ray are asked for."""
-    return (*source.shape, asked["first"]) if "first" in asked else source.shape
+    each = _query.hits_of_each(asked)
+    return (*source.shape, each) if each else source.shape

@@ -15,6 +15,7 @@ RAY = np.dtype([("origin", "<f4", 3), ("t_min", "<f4"), ("dir", "<f4", 3), ("t_m
 #: dtype of a hit, 16 bytes; Scene.trace() says what it holds.
 HIT = np.dtype([("t", "<f4"), ("prim", "<u4"), ("u", "<f4"), ("v", "<f4")])
 MISS = 0xFFFFFFFF  #: the number of no triangle, mesh or instance
+SHARED = 0xFFFFFFFF  #: the group of instances that rays and points of all groups meet
 
 FLOATS = (np.dtype(np.float32), np.dtype(np.float64))
 _DEVICES = {2: "CUDA", 3: "CUDA, pinned", 7: "Vulkan", 8: "Metal", 10: "ROCm", 13: "CUDA, managed", 14: "oneAPI"}

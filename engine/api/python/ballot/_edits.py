@@ -108,17 +108,18 @@ class Edits:
         self._edited = True
         self._held[number] = positions
 
-    def add_instances(self, instances: Any, meshes: Any = None, masks: Any = None) -> np.ndarray:
+    def add_instances(self, instances: Any, meshes: Any = None, masks: Any = None, groups: Any = None) -> np.ndarray:
         """Adds instances of meshes and returns their numbers: (k,) uint32.
 
         instances  (k, 3, 4) or (k, 4, 4) float32 or float64: a matrix for each, as in Scene
         meshes     the number of one mesh, or (k,) integers; None: 0
         masks      as in set_masks(); None: all bits
+        groups     as in set_groups(); None: SHARED
         """
         matrices = _arrays.as_numpy(instances, "instances")
         if meshes is not None and np.ndim(meshes) == 0:
             meshes = np.full(len(matrices), _query.integer(meshes, "meshes", 0, _MOST), np.uint32)
-        given = _mesh.instances(matrices, meshes, masks, self._boxes_of)
+        given = _mesh.instances(matrices, meshes, masks, groups, self._boxes_of)
         numbers = self._handle.add_instances(given)
         self._edited = True
         self._next[1] = max([self._next[1], *(int(n) + 1 for n in numbers[-1:])])
@@ -175,10 +176,21 @@ class Edits:
             self._edited = True
             self._held["masks"] = on
             return
-        if instances is None:
-            instances = [i.instance for i in self.instances]
-        which = _mesh.numbers(instances, "instances")
-        self._handle.set_masks(which, _mesh.masks(masks, len(which)))
+        which = self._numbers(instances)
+        self._handle.set_masks(which, _mesh.words(masks, "masks", len(which)))
+        self._edited = True
+
+    def set_groups(self, instances: Any, groups: Any) -> None:
+        """Sets the groups of instances.
+
+        instances  their numbers; None: all, in the order of their numbers
+        groups     whole numbers below 2^32, one for each; SHARED: questions of all groups meet the instance
+
+        Rays and points of a group (trace()'s groups) meet its instances and the shared ones alone: each copy of an
+        environment is one. Thousands of copies may lie in one place; a ray passes by the others at once.
+        """
+        which = self._numbers(instances)
+        self._handle.set_groups(which, _mesh.words(groups, "groups", len(which)))
         self._edited = True
 
     def commit(self) -> None:
@@ -207,6 +219,10 @@ class Edits:
         """Drops the edits."""
         self._handle.discard()
         self._changed, self._held = {}, {}
+
+    def _numbers(self, instances: Any) -> np.ndarray:
+        """Returns the numbers of instances; None: of all."""
+        return _mesh.numbers([i.instance for i in self.instances] if instances is None else instances, "instances")
 
     def _read(self, vertices: Any, triangles: Any, soup: bool, mesh_id: Any, normals: Any, where: str) -> Mesh:
         ((v, t),) = _scene_arguments.pairs(vertices, triangles, None)

@@ -10,6 +10,7 @@ import numpy as np
 from . import _ballot, _query
 from ._array import Array
 from ._door import Times
+from ._sources import Filters
 from ._there import words
 
 
@@ -47,11 +48,11 @@ def _count_of(asked: Array, count: int | None, beside: Mapping[str, Any]) -> int
 
 def _list(
     scene: _ballot.Scene, asked: Array, number: int, arrays: tuple[Array | None, Array | None, Array | None],
-    masks: Any, options: Mapping[str, Any], progress: Any, times: list[Times] | None,
+    filters: Filters, options: Mapping[str, Any], progress: Any, times: list[Times] | None,
 ) -> int:  # fmt: skip
     counts, offsets, hits = (None if a is None else a._handle for a in arrays)
-    bits = words(masks, asked.record)
-    total, spent = scene.list_there(asked._handle, number, counts, offsets, hits, dict(options), progress, bits)
+    given = words(filters, asked.record)
+    total, spent = scene.list_there(asked._handle, number, counts, offsets, hits, dict(options), progress, **given)
     if times is not None:
         times.append(Times(*spent))
     return int(total)
@@ -64,7 +65,7 @@ def counts(
     """Returns how many triangles each question finds: an Array of uint32."""
     number = _count_of(asked, count, beside)
     found = Array("uint32", number, asked._device, asked.exported)
-    _list(scene, asked, number, (found, None, None), masks, options, progress, times)
+    _list(scene, asked, number, (found, None, None), filters, options, progress, times)
     return found
 
 
@@ -76,11 +77,11 @@ def lists(
     number = _count_of(asked, count, beside)
     found = Array("uint32", number, asked._device, asked.exported)
     offsets = Array("int64", number + 1, asked._device, asked.exported)
-    total = _list(scene, asked, number, (found, offsets, None), masks, options, progress, times)
+    total = _list(scene, asked, number, (found, offsets, None), filters, options, progress, times)
     if total == 0:
         return DeviceLists(found, None, offsets)
     hits = Array("hits", total, asked._device, asked.exported)
-    _list(scene, asked, number, (found, offsets, hits), masks, options, progress, times)
+    _list(scene, asked, number, (found, offsets, hits), filters, options, progress, times)
     return DeviceLists(found, hits, offsets)
 
 

@@ -227,20 +227,21 @@ def numbers(given: Any, name: str) -> np.ndarray:
     return _whole([given] if np.ndim(given) == 0 else given, name, "a number, or (k,) integers")
 
 
-def masks(given: Any, count: int) -> np.ndarray:
-    """Returns masks of instances as (k,) uint32."""
-    found = _whole([given] * count if np.ndim(given) == 0 else given, "masks", f"{count} integers")
+def words(given: Any, name: str, count: int) -> np.ndarray:
+    """Returns masks or groups of instances as (k,) uint32."""
+    found = _whole([given] * count if np.ndim(given) == 0 else given, name, f"{count} integers")
     if len(found) != count:
-        raise ValueError(f"masks: found {len(found)}; expected {count}, one for each instance")
+        raise ValueError(f"{name}: found {len(found)}; expected {count}, one for each instance")
     return found
 
 
-# Instances as the extension takes them: matrices (k, 12), the numbers of their meshes (k,), their masks (k,) or None.
-Instances = tuple[np.ndarray, np.ndarray, "np.ndarray | None"]
+# Instances as the extension takes them: matrices (k, 12), the numbers of their meshes (k,), their masks (k,) or None,
+# their groups (k,) or None.
+Instances = tuple[np.ndarray, np.ndarray, "np.ndarray | None", "np.ndarray | None"]
 
 
 def instances(
-    given: Any, meshes: Any, of: Any, boxes: Callable[[np.ndarray], np.ndarray | None]
+    given: Any, meshes: Any, masks: Any, groups: Any, boxes: Callable[[np.ndarray], np.ndarray | None]
 ) -> Instances:
     """Returns instances of checked arrays. `boxes` returns what box() does of meshes by their numbers."""
     matrices = _arrays.as_numpy(given, "instances")
@@ -248,4 +249,6 @@ def instances(
     which = np.zeros(count, np.uint32) if meshes is None else _whole(meshes, "instance_meshes", f"{count} integers")
     if len(which) != count:
         raise ValueError(f"instance_meshes: shape is {which.shape}; expected {count} integers, one for each matrix")
-    return transforms(matrices, lambda: boxes(which)), which, None if of is None else masks(of, count)
+    bits = None if masks is None else words(masks, "masks", count)
+    own = None if groups is None else words(groups, "groups", count)
+    return transforms(matrices, lambda: boxes(which)), which, bits, own

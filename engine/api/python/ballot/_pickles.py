@@ -39,6 +39,7 @@ def state_of(scene: Any) -> dict[str, Any]:
         "which": np.array([i.mesh for i in instances], np.uint32),
         "matrices": np.array([i.transform for i in instances], np.float32).reshape(-1, 12),
         "masks": np.array([i.mask for i in instances], np.uint32),
+        "groups": np.array([i.group for i in instances], np.uint32),
     }
 
 
@@ -51,11 +52,12 @@ def source_of(state: dict[str, Any]) -> tuple[Any, Any]:
     if placed is None:
         return meshes, None
     matrices, which = np.repeat(_UNIT, placed, 0), np.zeros(placed, np.uint32)
-    masks = np.full(placed, 0xFFFFFFFF, np.uint32)
+    masks, groups = np.full((2, placed), 0xFFFFFFFF, np.uint32)
     own = (state["numbers"] < placed) & (state["which"] < count)
     at = state["numbers"][own]
     matrices[at], which[at], masks[at] = state["matrices"][own], state["which"][own], state["masks"][own]
-    return meshes, (matrices, which, masks)
+    groups[at] = state["groups"][own]
+    return meshes, (matrices, which, masks, groups)
 
 
 def _readable(mesh: Any) -> Mesh:
@@ -88,7 +90,7 @@ def _edit(scene: Any, state: dict[str, Any]) -> None:
             mesh = _readable(arrays[m])
             handle.set_vertices(m, mesh.vertices) if m in state["moved"] else handle.replace_mesh(m, tuple(mesh))
             held.append(mesh)
-    there = {i[-2]: i[2] for i in handle.instances()}
+    there = {i[-3]: i[2] for i in handle.instances()}
     numbers, which = state["numbers"], state["which"]
     if instances > len(there):
         new = np.arange(len(there), instances, dtype=np.uint32)
@@ -96,7 +98,7 @@ def _edit(scene: Any, state: dict[str, Any]) -> None:
         later = numbers >= len(there)
         of[numbers[later] - len(there)] = which[later]
         if kept:
-            handle.add_instances((np.repeat(_UNIT, len(new), 0), of, None))
+            handle.add_instances((np.repeat(_UNIT, len(new), 0), of, None, None))
             there |= dict(zip(new.tolist(), of.tolist()))
     for m in set(range(meshes)) - kept:
         handle.remove_mesh(m)
@@ -105,4 +107,5 @@ def _edit(scene: Any, state: dict[str, Any]) -> None:
     handle.remove_instances(np.array(gone, np.uint32))
     handle.set_transforms(_arrays.contiguous(state["matrices"]), numbers)
     handle.set_masks(numbers, _arrays.contiguous(state["masks"]))
+    handle.set_groups(numbers, _arrays.contiguous(state["groups"]))
     handle.commit([])

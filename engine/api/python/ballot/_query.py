@@ -51,14 +51,20 @@ def integer(value: Any, name: str, low: int, high: int) -> int:
     return found
 
 
-def options(given: Mapping[str, Any], kind: str) -> tuple[dict[str, Any], Any]:
+#: what stands among options and leaves out triangles: words of questions, as their masks
+FILTERS = ("excluded", "groups")
+
+
+def options(given: Mapping[str, Any], kind: str, filters: bool = False) -> tuple[dict[str, Any], Any]:
     """Returns the options of a kind of answer or scene as the extension takes them, and the function that is told of
-    progress. None stands for an option's default."""
+    progress. None stands for an option's default. `filters`: FILTERS are left to the caller."""
     if not given:
         return {}, None
     known, checked = _door.OPTIONS[kind], {}
     for name, value in given.items():
         if name == "progress" and kind not in ("scenes", "files"):
+            continue
+        if filters and name in FILTERS:
             continue
         if name not in known:
             also = f"; expected {', '.join(known)}" if known else ""
@@ -67,6 +73,11 @@ def options(given: Mapping[str, Any], kind: str) -> tuple[dict[str, Any], Any]:
             kind_of_value, most = known[name]
             checked[name] = _CHECKS[kind_of_value](value, name, most)
     return checked, progress_function(given.get("progress"))
+
+
+def hits_of_each(asked: Mapping[str, Any]) -> int:
+    """Returns how many hits of each ray options ask for, in an axis of their own; 0: one, without."""
+    return int(asked.get("first", asked.get("last", 0)))
 
 
 def _text_or_knobs(value: Any, name: str) -> str:

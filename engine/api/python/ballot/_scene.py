@@ -38,6 +38,7 @@ class Scene(Edits, Answers, Sums):
                   m[:3, :3] @ p + m[:3, 3]. None: each mesh lies where its vertices say
     instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
     masks         with `instances`: (k,) whole numbers below 2^32, as set_masks() says; None: all bits
+    groups        likewise, as set_groups() says; None: ballot.SHARED
     {scenes_options}
 
     Meshes and instances are numbered from 0. Without `instances` each mesh has one, with its own number. HIT's prim
@@ -73,6 +74,7 @@ class Scene(Edits, Answers, Sums):
         instances: Any = None,
         instance_meshes: Any = None,
         masks: Any = None,
+        groups: Any = None,
         **options: Unpack[SceneOptions],
     ):
         given = _scene_arguments.pairs(vertices, triangles, meshes)
@@ -85,7 +87,7 @@ class Scene(Edits, Answers, Sums):
         self._path: str | None = None
         self._device = device
         self._time: tuple[int, float] | None = None
-        placed = _scene_arguments.instances(instances, instance_meshes, masks, made)
+        placed = _scene_arguments.instances(instances, instance_meshes, masks, groups, made)
         self._open([_mesh.passed(m) for m in made], placed)
         self._first: tuple[int, int | None] = (len(made), None if placed is None else len(placed[0]))
         own: dict[int, _mesh.Mesh | None] = {

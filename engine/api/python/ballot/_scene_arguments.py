@@ -44,12 +44,16 @@ def one_each(ids: Any, normals: Any, count: int, single: bool) -> tuple[list[Any
     return numbers, directions
 
 
-def instances(given: Any, meshes: Any, masks: Any, made: list[_mesh.Mesh]) -> _mesh.Instances | None:
+def instances(
+    given: Any, meshes: Any, masks: Any, groups: Any, made: list[_mesh.Mesh]
+) -> _mesh.Instances | None:
     """Returns the instances of meshes that a scene was given; None: none were."""
     if given is None:
-        for found, name in ((meshes, "instance_meshes"), (masks, "masks")):
+        for found, name in ((meshes, "instance_meshes"), (masks, "masks"), (groups, "groups")):
             if found is not None:
                 raise ValueError(f"{name}: there are no instances; expected None")
         return None
     boxes = np.array([_mesh.box(m) for m in made]).reshape(-1, 2, 3)
-    return _mesh.instances(given, meshes, masks, lambda which: boxes[which] if (which < len(boxes)).all() else None)
+    return _mesh.instances(
+        given, meshes, masks, groups, lambda which: boxes[which] if (which < len(boxes)).all() else None
+    )

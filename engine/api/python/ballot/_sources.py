@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,19 +23,34 @@ class Source(NamedTuple):
     directions: np.ndarray | None = None
     low: np.ndarray | None = None  # t_min; None: 0
     high: np.ndarray | None = None  # t_max, or limits of points; None: no end
-    masks: np.ndarray | None = None  # uint32; None: all bits
+    masks: np.ndarray | None = None  # as Filters, these and the last two: uint32
     poses: np.ndarray | None = None  # 12 numbers each; None: none
     y: np.ndarray | None = None  # of points whose x is `first`
     z: np.ndarray | None = None
     weights: np.ndarray | None = None  # of rays whose sums are asked for; None: 1
+    excluded: np.ndarray | None = None
+    groups: np.ndarray | None = None
+
+
+class Filters(NamedTuple):
+    """What leaves out triangles, by a word of each question; None: nothing."""
+
+    masks: Any = None
+    excluded: Any = None
+    groups: Any = None
+
+
+def filters(masks: Any, options: Mapping[str, Any]) -> Filters:
+    """Returns masks and what stands among options, which _query.options() leaves to this."""
+    return Filters(masks, *(options.get(name) for name in _query.FILTERS))
 
 
 def rays(
-    given: Any, t: Any = None, origins: Any = None, directions: Any = None, masks: Any = None, poses: Any = None,
-    weights: Any = None,
+    given: Any, t: Any = None, origins: Any = None, directions: Any = None, filters: Filters = Filters(),
+    poses: Any = None, weights: Any = None,
 ) -> Source:
     """Returns rays of 8 or 6 numbers, of a Pattern, or of origins and directions. `t` is the range (t_min, t_max) of
-    all but those of 8 numbers. `masks`: whole numbers below 2^32. `poses`: matrices that broadcast; with a Pattern its
+    all but those of 8 numbers. `filters`: whole numbers below 2^32. `poses`: matrices that broadcast; with a Pattern its
     rays from each. `weights`: numbers that broadcast."""
     moved = None if poses is None else _poses(poses)
     if isinstance(given, Pattern):
@@ -57,8 +73,7 @@ def rays(
         source = Source(shape, first, other, *_range(t, shape))
     if moved is not None:
         source = source._replace(poses=moved)
-    if masks is not None:
-        source = source._replace(masks=_masks(masks, shape))
+    source = _filtered(source, filters)
     if weights is not None:
         source = source._replace(weights=_weights(weights, shape))
     return source if len(shape) <= _AXES else _flattened(source)
@@ -165,15 +180,21 @@ def _fitted(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray | None:
     return array
 
 
-def _masks(given: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Returns masks that broadcast to this shape."""
-    masks = np.asarray(given) if isinstance(given, (list, tuple, int)) else _arrays.as_numpy(given, "masks")
-    if masks.dtype.kind not in "iu" or (masks.size and not 0 <= int(masks.min()) <= int(masks.max()) < 2**32):
-        wrong = f", {masks.min()} to {masks.max()}" if masks.size else ""
-        raise ValueError(f"masks: found {masks.dtype}{wrong}; expected whole numbers from 0 to 2^32 - 1")
-    fitted = _fitted(masks, shape)
+def _filtered(source: Source, filters: Filters) -> Source:
+    """Returns questions with the words that filters read."""
+    words = {name: _words(given, name, source.shape) for name, given in filters._asdict().items() if given is not None}
+    return source._replace(**words) if words else source
+
+
+def _words(given: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Returns words that broadcast to this shape."""
+    words = np.asarray(given) if isinstance(given, (list, tuple, int)) else _arrays.as_numpy(given, name)
+    if words.dtype.kind not in "iu" or (words.size and not 0 <= int(words.min()) <= int(words.max()) < 2**32):
+        wrong = f", {words.min()} to {words.max()}" if words.size else ""
+        raise ValueError(f"{name}: found {words.dtype}{wrong}; expected whole numbers from 0 to 2^32 - 1")
+    fitted = _fitted(words, shape)
     if fitted is None:
-        raise ValueError(f"masks: shape is {masks.shape}; expected a number, or an array of {shape}")
+        raise ValueError(f"{name}: shape is {words.shape}; expected a number, or an array of {shape}")
     return fitted.astype(np.uint32, copy=False)
 
 
@@ -186,7 +207,7 @@ def _weights(given: Any, shape: tuple[int, ...]) -> np.ndarray:
     return fitted if fitted.dtype in _arrays.FLOATS else fitted.astype(np.float32)
 
 
-def points(given: Any, limit: Any, masks: Any = None, least: bool = False) -> Source:
+def points(given: Any, limit: Any, filters: Filters = Filters(), least: bool = False) -> Source:
     """Returns points with their limit: None, a number above 0 for all, or an array of one for each. `least`: there is
     one, and it may be 0."""
     y = z = None
@@ -195,8 +216,7 @@ def points(given: Any, limit: Any, masks: Any = None, least: bool = False) -> So
     else:
         first = _arrays.numbers(given, "points", (3,))
         shape = first.shape[:-1]
-    bits = None if masks is None else _masks(masks, shape)
-    source = Source(shape, first, high=_limit(limit, shape, least), masks=bits, y=y, z=z)
+    source = _filtered(Source(shape, first, high=_limit(limit, shape, least), y=y, z=z), filters)
     return source if len(shape) <= _AXES else _flattened(source)
 
 
@@ -231,4 +251,5 @@ def _flattened(source: Source) -> Source:
     return Source(
         shape, first, flat(source.directions, 3), flat(source.low), flat(source.high), flat(source.masks),
         flat(source.poses, 12), weights=flat(source.weights),
+        excluded=flat(source.excluded), groups=flat(source.groups),
     )  # fmt: skip

@@ -44,7 +44,7 @@ class Sums(Closable):
         times: list[Times] | None = None, **options: Unpack[HitOptions],
     ) -> Any:
         """Traces rays and adds the weight of each to the entry of what it hits. Returns float64 (entries + 1,): the
-        last is of rays that hit nothing. With `first` a ray adds to the entry of each of its hits.
+        last is of rays that hit nothing. With `first` or `last` a ray adds to the entry of each of its hits.
 
         weights  finite numbers that broadcast to the rays' shape, rounded to float32; None: 1, so that sums are numbers
                  of rays
@@ -66,13 +66,14 @@ class Sums(Closable):
         if by not in _BY:
             raise ValueError(f"by is {_query.shown(by)}; expected one of {', '.join(_BY)}")
         entries = getattr(SceneInfo(*self._handle.info()), _BY[by]) + 1
-        column, (asked, progress) = f"{by}_sums", _query.options(options, "hits")
+        column, (asked, progress) = f"{by}_sums", _query.options(options, "hits", True)
+        filters = _sources.filters(masks, options)
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            given = Asked("rays", on, count, beside, masks)
+            given = Asked("rays", on, count, beside, filters)
             return given.sums(self._handle.trace_there, column, entries, weights, out, (asked, progress), times)
         refuse_count(count)
-        source = _sources.rays(rays, t, origins, directions, masks, poses, weights)
+        source = _sources.rays(rays, t, origins, directions, filters, poses, weights)
         sums = _arrays.out_array(out, (entries,), np.dtype(np.float64), source[1:])
         spent = self._handle.trace(source, {column: _arrays.flat(sums)}, asked, progress)
         if times is not None:

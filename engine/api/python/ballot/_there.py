@@ -10,6 +10,7 @@ import numpy as np
 from . import _ballot, _query
 from ._array import Array
 from ._door import HIT_COLUMNS, POINT_COLUMNS, Times
+from ._sources import Filters
 
 _RECORDS: dict[tuple[type, tuple[int, ...]], str] = {
     (np.float32, ()): "float32", (np.float32, (2,)): "float32x2", (np.float32, (3,)): "float32x3",
@@ -22,9 +23,9 @@ _COLUMNS = {
 }
 
 
-def words(masks: Any, kind: str) -> _ballot.Array | None:
-    """Returns the masks of questions on the device, as the extension takes them."""
-    return _beside(masks, "masks", "uint32", kind)
+def words(filters: Filters, kind: str) -> dict[str, _ballot.Array | None]:
+    """Returns the words of questions on the device that filters read, as the extension takes them."""
+    return {name: _beside(given, name, "uint32", kind) for name, given in filters._asdict().items()}
 
 
 def _beside(given: Any, name: str, record: str, kind: str) -> _ballot.Array | None:
@@ -43,14 +44,16 @@ class Asked:
     kind    "rays" or "points"
     count   the first so many; None: all
     beside  arguments that say more of questions of the host, by name: not to be given
-    masks   an Array of "uint32", or None
+    filters  Arrays of "uint32", or None
     """
 
-    def __init__(self, kind: str, array: Array, count: int | None, beside: Mapping[str, Any], masks: Any = None):
+    def __init__(
+        self, kind: str, array: Array, count: int | None, beside: Mapping[str, Any], filters: Filters = Filters()
+    ):
         for name, given in beside.items():
             if given is not None:
                 raise TypeError(f"{name}: found beside {kind} in a ballot.Array, which have their own; expected None")
-        self._kind, self._array, self._words = kind, array, words(masks, kind)
+        self._kind, self._array, self._words = kind, array, words(filters, kind)
         self._count = len(array) if count is None else _query.integer(count, "count", 0, 2**32 - 1)
 
     def answer(
@@ -59,7 +62,7 @@ class Asked:
     ) -> dict[str, Array]:
         """Returns an array on the device for each column: a new one, or that of `out`, filled by a call of the
         extension."""
-        arrays = self._arrays(columns, dict(out or {}), self._count * options[0].get("first", 1))
+        arrays = self._arrays(columns, dict(out or {}), self._count * max(_query.hits_of_each(options[0]), 1))
         self._fill(ask, arrays, None, options, times)
         return arrays
 
@@ -79,7 +82,7 @@ class Asked:
         options: tuple[dict[str, Any], Any], times: list[Times] | None,
     ) -> None:
         to = {name: array._handle for name, array in arrays.items()}
-        spent = ask(self._array._handle, self._count, to, *options, self._words, weights)
+        spent = ask(self._array._handle, self._count, to, *options, weights=weights, **self._words)
         if times is not None:
             times.append(Times(*spent))
 

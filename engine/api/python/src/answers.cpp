@@ -1,4 +1,5 @@
 // Questions in Python, over arrays of the host or the device: answered at once or in the background.
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -36,7 +37,7 @@ Objects trace(const SceneObject& self, const Objects& source, const ObjectDict& 
               nb::object progress) {
   const Source from(source);
   const Query query = query_of(options);
-  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max(query.c.first, 1u));
+  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max({query.c.first, query.c.last, 1u}));
   return answered(self, std::move(progress), query, from.count() <= kFew, [=](auto* scene, auto* asked, auto* times) {
     const BallotRays rays = from.rays();
     return ballot_trace(scene, &rays, &to.c, asked, times);
@@ -113,7 +114,7 @@ JobObject submit(const SceneObject& self, const Objects& source, const ObjectDic
                  nb::object arrays) {
   const Source from(source);
   const Query query = query_of(options);
-  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max(query.c.first, 1u));
+  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max({query.c.first, query.c.last, 1u}));
   const BallotRays rays = from.rays();
   std::shared_ptr<Job> job = without_gil(self.use(), [&](const Scene& s) {
     BallotJob* submitted = nullptr;
@@ -156,16 +157,27 @@ struct Outputs {
 std::shared_ptr<Buffer> use(const ArrayObject* array) { return array ? array->use() : nullptr; }
 BallotBuffer* handle_of(const std::shared_ptr<Buffer>& buffer) { return buffer ? buffer->get() : nullptr; }
 
+/// Words of questions on the device that filters read; each may be none. Keeps the arrays.
+struct Words {
+  Words(const ArrayObject* m, const ArrayObject* e, const ArrayObject* g)
+      : masks(use(m)), excluded(use(e)), groups(use(g)) {}
+  void set(BallotQuery& query) const {
+    query.masks = handle_of(masks), query.excluded = handle_of(excluded), query.groups = handle_of(groups);
+  }
+  std::shared_ptr<Buffer> masks, excluded, groups;
+};
+
 /// Answers the first `count` questions of an array on the device by ask(scene, array, count, outputs, their number,
 /// query, times).
 template <auto kAsk>
 Objects answered_there(const SceneObject& self, const ArrayObject& asked, std::uint64_t count,
                        const ObjectDict& columns, const ObjectDict& options, nb::object progress,
-                       const ArrayObject* masks, const ArrayObject* weights) {
+                       const ArrayObject* masks, const ArrayObject* excluded, const ArrayObject* groups,
+                       const ArrayObject* weights) {
   return answered(self, std::move(progress), query_of(options), false,
-                  [=, from = asked.use(), to = Outputs(columns), words = use(masks), numbers = use(weights)](
-                      auto* scene, auto* query, auto* times) {
-                    query->masks = handle_of(words), query->weights = handle_of(numbers);
+                  [=, from = asked.use(), to = Outputs(columns), words = Words(masks, excluded, groups),
+                   numbers = use(weights)](auto* scene, auto* query, auto* times) {
+                    words.set(*query), query->weights = handle_of(numbers);
                     const std::vector<BallotOutput> outputs = to.c();
                     return kAsk(scene, from->get(), count, outputs.data(), outputs.size(), query, times);
                   });
@@ -175,13 +187,13 @@ Objects answered_there(const SceneObject& self, const ArrayObject& asked, std::u
 /// times).
 Objects list_there(const SceneObject& self, const ArrayObject& asked, std::uint64_t count, const ArrayObject* counts,
                    const ArrayObject* offsets, const ArrayObject* hits, const ObjectDict& options, nb::object progress,
-                   const ArrayObject* masks) {
+                   const ArrayObject* masks, const ArrayObject* excluded, const ArrayObject* groups) {
   const auto total = std::make_shared<std::uint64_t>(0);
   const nb::tuple times =
       answered(self, std::move(progress), query_of(options), false,
-               [=, from = asked.use(), a = use(counts), b = use(offsets), c = use(hits), words = use(masks)](
-                   auto* scene, auto* query, auto* spent) {
-                 query->masks = handle_of(words);
+               [=, from = asked.use(), a = use(counts), b = use(offsets), c = use(hits),
+                words = Words(masks, excluded, groups)](auto* scene, auto* query, auto* spent) {
+                 words.set(*query);
                  BallotListBuffers to;
                  to.counts = handle_of(a), to.offsets = handle_of(b), to.hits = handle_of(c);
                  return ballot_list_buffers(scene, from->get(), count, &to, query, total.get(), spent);
@@ -212,12 +224,16 @@ void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene) {
            nb::arg("options"), progress)
       .def("submit", &submit, nb::arg("source"), nb::arg("columns"), nb::arg("options"), nb::arg("arrays"))
       .def("trace_there", &answered_there<ballot_trace_buffers>, nb::arg("rays"), nb::arg("count"), nb::arg("columns"),
-           nb::arg("options"), progress, nb::arg("masks").none() = nb::none(), nb::arg("weights").none() = nb::none())
+           nb::arg("options"), progress, nb::arg("masks").none() = nb::none(), nb::arg("excluded").none() = nb::none(),
+           nb::arg("groups").none() = nb::none(), nb::arg("weights").none() = nb::none())
       .def("nearest_there", &answered_there<ballot_query_point_buffers>, nb::arg("points"), nb::arg("count"),
            nb::arg("columns"), nb::arg("options"), progress, nb::arg("masks").none() = nb::none(),
+           nb::arg("excluded").none() = nb::none(), nb::arg("groups").none() = nb::none(),
            nb::arg("weights").none() = nb::none())
       .def("list_there", &list_there, nb::arg("questions"), nb::arg("count"), nb::arg("counts").none(),
-           nb::arg("offsets").none(), nb::arg("hits").none(), nb::arg("options"), progress, nb::arg("masks").none())
+           nb::arg("offsets").none(), nb::arg("hits").none(), nb::arg("options"), progress,
+           nb::arg("masks").none() = nb::none(), nb::arg("excluded").none() = nb::none(),
+           nb::arg("groups").none() = nb::none())
       .def("compact", &compact, nb::arg("hits"), nb::arg("count"), nb::arg("first"), nb::arg("alone"), nb::arg("rays"));
 }
 

@@ -87,16 +87,18 @@ std::vector<Mesh> meshes_of(const std::vector<MeshArrays>& arrays) {
   return list;
 }
 
-/// Instances as Python gives them: (matrices, numbers of their meshes, masks or None). Keeps its arrays.
+/// Instances as Python gives them: (matrices, numbers of their meshes, masks or None, groups or None). Keeps its
+/// arrays.
 struct InstanceArrays {
   explicit InstanceArrays(const nb::tuple& given)
       : transforms(nb::cast<Matrices>(given[0], false)), meshes(nb::cast<Indices>(given[1], false)) {
     if (!given[2].is_none()) masks = nb::cast<Indices>(given[2], false);
+    if (!given[3].is_none()) groups = nb::cast<Indices>(given[3], false);
     instances = ballot::instances({transforms.data(), transforms.size()}, {meshes.data(), meshes.size()},
-                                  {masks.data(), masks.size()});
+                                  {masks.data(), masks.size()}, 0, {groups.data(), groups.size()});
   }
   Matrices transforms;
-  Indices meshes, masks;
+  Indices meshes, masks, groups;
   Instances instances;
 };
 
@@ -224,6 +226,12 @@ void set_masks(const SceneObject& self, const Indices& numbers, const Indices& m
   });
 }
 
+void set_groups(const SceneObject& self, const Indices& numbers, const Indices& groups) {
+  edit(self, [=](Scene& s) {
+    return s.set_groups({numbers.data(), numbers.size()}, {groups.data(), groups.size()}), true;
+  });
+}
+
 /// `reads`: the arrays that the commit reads.
 void commit(const SceneObject& self, const ObjectList& reads) {
   edit(self, [=](Scene& s) {
@@ -281,6 +289,7 @@ void bind_scenes(nb::module_& m) {
       .def("remove_instances", &remove_instances)
       .def("set_transforms", &set_transforms, nb::arg(), nb::arg().none())
       .def("set_masks", &set_masks)
+      .def("set_groups", &set_groups)
       .def("commit", &commit)
       .def("discard", &discard)
       .def("animations", &animations)

@@ -45,8 +45,8 @@ class Memory {
 };
 
 /// Questions, as a Source of ballot/_sources.py has them: a shape; rows of rays, origins, points or their x;
-/// directions; t_min; t_max, or limits; masks; poses; y and z; weights. The arrays have float32 or float64, masks
-/// uint32, and their axes broadcast to the shape; to its product, if it has more than BALLOT_AXES.
+/// directions; t_min; t_max, or limits; masks; poses; y and z; weights; excluded; groups. The arrays have float32 or
+/// float64, words uint32, and their axes broadcast to the shape; to its product, if it has more than BALLOT_AXES.
 class Source {
  public:
   explicit Source(const Objects& given)
@@ -58,7 +58,9 @@ class Source {
         poses_(given[6]),
         y_(given[7]),
         z_(given[8]),
-        weights_(given[9]) {
+        weights_(given[9]),
+        excluded_(given[10]),
+        groups_(given[11]) {
     const auto shape = nb::borrow<nb::tuple>(given[0]);
     for (const nb::handle length : shape) {
       const auto n = nb::cast<std::size_t>(length);
@@ -80,7 +82,7 @@ class Source {
     if (is_full) rays.t_min = first_.numbers(axes_, 3), rays.t_max = first_.numbers(axes_, 7);
     if (low_) rays.t_min = low_.column(axes_);
     if (high_) rays.t_max = high_.column(axes_);
-    if (masks_) rays.mask = masks_.column(axes_), rays.mask.type = BALLOT_UINT32;
+    add_words(rays);
     if (poses_) rays.pose = poses_.numbers(axes_);
     if (weights_) rays.weight = weights_.column(axes_);
     return rays;
@@ -93,12 +95,20 @@ class Source {
     else
       points.at = first_.numbers(axes_);
     if (high_) points.limit = high_.column(axes_);
-    if (masks_) points.mask = masks_.column(axes_), points.mask.type = BALLOT_UINT32;
+    add_words(points);
     return points;
   }
 
  private:
-  Memory first_, directions_, low_, high_, masks_, poses_, y_, z_, weights_;
+  template <class Questions>
+  void add_words(Questions& to) const {
+    const std::tuple<const Memory&, BallotColumn&> all[] = {
+        {masks_, to.mask}, {excluded_, to.excluded}, {groups_, to.group}};
+    for (const auto& [words, column] : all)
+      if (words) column = words.column(axes_), column.type = BALLOT_UINT32;
+  }
+
+  Memory first_, directions_, low_, high_, masks_, poses_, y_, z_, weights_, excluded_, groups_;
   std::size_t shape_[BALLOT_AXES] = {}, axes_ = 0, count_ = 1;
 };
 
