@@ -90,16 +90,16 @@ class PointQueries {
   /// distances are computed in float32. Else as nearest().
   TraceTimes within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query = {});
 
-  /// The same for points of an array on the device, whose order is kept; query.filters is theirs. The bits are the same.
-  /// On a GPU the host sees no more than the number of all triangles, unless a list has more than 16384: then points
-  /// and lists pass through its memory. Throws Error(Arguments) if an array has too few records.
+  /// The same for points of an array on the device, whose order is kept, with filters of theirs. The bits are the
+  /// same. On a GPU the host sees no more than the number of all triangles, unless a list has more than 16384: then
+  /// points and lists pass through its memory. Throws Error(Arguments) if an array has too few records.
   DeviceListed within(const DevicePoints& points, const DeviceLists<Within>& to, const PointQuery& query = {});
   /// The same as hits: t is the distance, u and v are 0.
   DeviceListed within(const DevicePoints& points, const DeviceLists<Hit>& to, const PointQuery& query = {});
 
-  /// nearest(), also with filters, and inside() for points of an array on the device, whose answers go to the same places
-  /// of another. Without blocks neighbours share a subgroup, so points that are near each other are best next to each
-  /// other. The host sees points and answers only with query.exact, and where the driver cuts walks short. Throw
+  /// nearest(), also with filters, and inside() for points of an array on the device, whose answers go to the same
+  /// places of another. Without blocks neighbours share a subgroup, so points that are near each other are best next to
+  /// each other. The host sees points and answers only with query.exact, and where the driver cuts walks short. Throw
   /// Error(Arguments) if an array has too few records, or with filters and query.sides.
   TraceTimes nearest(const DevicePoints& points, Buffer<Nearest>& answers, const PointQuery& query = {});
   TraceTimes inside(const DevicePoints& points, Buffer<std::uint32_t>& answers, const PointQuery& query = {});

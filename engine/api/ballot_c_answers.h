@@ -188,8 +188,8 @@ typedef struct BallotSums {
   size_t count BALLOT_ZERO; /* entries that there is room for */
 } BallotSums;
 
-/* Where the results go: arrays of an entry for each ray, or of BallotQuery::first or last entries, in their order. Those that
- * are NULL are not written. The arrays must not overlap the rays or each other. */
+/* Where the results go: arrays of an entry for each ray, or of BallotQuery::first or last entries, in their order.
+ * Those that are NULL are not written. The arrays must not overlap the rays or each other. */
 typedef struct BallotHits {
   BALLOT_SIZE(BallotHits);
   BallotHit* hits BALLOT_ZERO;     /* whole hits */
@@ -201,11 +201,11 @@ typedef struct BallotHits {
   uint8_t* occluded BALLOT_ZERO;   /* 1: hit, 0: miss */
   uint32_t* instances BALLOT_ZERO; /* number of the instance; on a miss BALLOT_MISS */
   /* Sums: the weight of each ray, BallotRays::weight, is added to the entry of what it hits; to one for each of its
-   * hits if it has `first` or `last`. The last entry is of rays that hit nothing. Without weights each counts as 1, so these are
-   * numbers of rays. With W the largest |weight|, e its binary exponent, at least -126, and n the number of rays, times
-   * `first`, weights are rounded to whole multiples of 2^(e + ceil(log2 n) - 61), to even ones where two are as near,
-   * these are added as whole numbers, and each sum is rounded once to double. So its bits do not depend on the order
-   * of the rays, nor on where and how they are traced: the largest weights lose nothing up to 2^38 rays. */
+   * hits if it has `first` or `last`. The last entry is of rays that hit nothing. Without weights each counts as 1, so
+   * these are numbers of rays. With W the largest |weight|, e its binary exponent, at least -126, and n the number of
+   * hits asked for, weights are rounded to whole multiples of 2^(e + ceil(log2 n) - 61), to even ones where two are as
+   * near, these are added as whole numbers, and each sum is rounded once to double. So its bits do not depend on the
+   * order of the rays, nor on where and how they are traced: the largest weights lose nothing up to 2^38 rays. */
   BallotSums prim_sums BALLOT_ZERO;     /* by BallotHit::prim: BallotSceneInfo::instance_triangles entries, and 1 */
   BallotSums instance_sums BALLOT_ZERO; /* by place, as of ballot_scene_instance(): BallotSceneInfo::instances, and 1 */
   BallotSums mesh_sums BALLOT_ZERO;     /* by place, as of ballot_scene_mesh(): BallotSceneInfo::meshes, and 1 */

@@ -173,9 +173,9 @@ BALLOT_API BallotStatus ballot_scene_set_transforms(BallotScene* scene, const ui
  * no bit with theirs (BallotRays::mask). */
 BALLOT_API BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instances, const uint32_t* masks,
                                                size_t count);
-/* Sets the groups of instances, any numbers: rays and points of a group (BallotRays::group) meet its instances and those
- * of BALLOT_SHARED alone. Thousands of groups may lie in one place, as the copies of an environment. In a scene with
- * groups each group has a part of the tree over the instances, which the host keeps. */
+/* Sets the groups of instances, any numbers: rays and points of a group (BallotRays::group) meet its instances and
+ * those of BALLOT_SHARED alone. Thousands of groups may lie in one place, as the copies of an environment. In a scene
+ * with groups each group has a part of the tree over the instances, which the host keeps. */
 BALLOT_API BallotStatus ballot_scene_set_groups(BallotScene* scene, const uint32_t* instances, const uint32_t* groups,
                                                 size_t count);
 /* Makes the edits true. Trees of meshes that have not changed stay. Hits of later calls are those of the edited scene;

@@ -47,6 +47,8 @@ using View = BallotView;                    ///< a camera, as in glTF
 using Code = BallotStatus;                  ///< the kind of a failure, as BALLOT_ERROR_ARGUMENT
 /// The number of no triangle, mesh or instance.
 inline constexpr std::uint32_t kMiss = BALLOT_MISS;
+/// The group of instances that rays and points of all groups meet.
+inline constexpr std::uint32_t kShared = BALLOT_SHARED;
 
 /// The only exception that Ballot throws.
 class Error : public std::runtime_error {

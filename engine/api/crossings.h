@@ -5,8 +5,8 @@
 
 namespace ballot::api {
 
-/// Finds the first crossings of each ray, query.first or one, or the last ones, and writes them to `to`, filled up with misses. Adds the
-/// rays that hit to `hits`. Throws Refused if an option does not fit. The device's mutex is held.
+/// Finds the first or last crossings of each ray, hits_of_each(), and writes them to `to`, filled up with misses. Adds
+/// the rays that hit to `hits`. Throws Refused if an option does not fit. The device's mutex is held.
 TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
                            Watch& watch, std::uint64_t& hits);
 

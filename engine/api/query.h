@@ -24,8 +24,8 @@ void check_options(const BallotQuery& query, const Kind& kind);
 
 /// The query of hits by the methods of `ballot methods`.
 Query hit_query(const BallotQuery& query);
-/// Returns true if hits are the first crossings: if there are words of filters on the device, or an option asks for more
-/// than methods find.
+/// Returns true if hits are the first crossings: if filters have words on the device, or an option asks for more than
+/// methods find.
 bool asks_for_crossings(const BallotQuery& query);
 /// Returns how many hits each ray has: one, or the first or last so many.
 std::uint32_t hits_of_each(const BallotQuery& query);

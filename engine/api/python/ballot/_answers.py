@@ -72,14 +72,15 @@ class Answers(Closable):
                    returning False ends the call with Error (Code.INTERRUPTED). It must not call ballot.
         times      a list that the Times of the call are appended to
 
-        Returns HIT of shape (...), or (..., first) or (..., last): t, prim, u, v. t counts multiples of the direction, which need not
-        be of unit length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if t_max <= t_min,
-        if a number is NaN or infinite (but t_max), or if its direction is zero.
+        Returns HIT of shape (...), or (..., first) or (..., last): t, prim, u, v. t counts multiples of the direction,
+        which need not be of unit length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if
+        t_max <= t_min, if a number is NaN or infinite (but t_max), or if its direction is zero.
 
         Rays may be a ballot.Array: then hits are one of "hits", on the same device, and so is `out`, `first` records of
-        each ray one after the other; `masks` and the like one of "uint32", of each ray or one record for all; t, origins, directions
-        and poses are for rays of the host, and Times count no hits. Wait for the stream that filled the rays. Float32
-        (n, 8) of CUDA's (torch, cupy, Warp) is copied to such an Array there; so is (n, 4) where points are asked for.
+        each ray one after the other; `masks`, `excluded` and `groups` are each one of "uint32", of each ray or one
+        record for all; t, origins, directions and poses are for rays of the host, and Times count no hits. Wait for the
+        stream that filled the rays. Float32 (n, 8) of CUDA's (torch, cupy, Warp) is copied to such an Array there; so
+        is (n, 4) where points are asked for.
 
         Memory of results that were let go of is kept for the next ones: up to a 32nd of the machine's, at most 1 GiB.
         Other threads run meanwhile. Ctrl-C ends the call, as every call of ballot, within half a second; `out` is then
@@ -247,7 +248,8 @@ class Answers(Closable):
         filters = _sources.filters(masks, options)
         if on := there(points, "points", self._device):
             given = Asked("points", on, count, {"limit": limit}, filters)
-            return given.answer(self._handle.nearest_there, columns, out, _query.options(options, "points", True), times)
+            how = _query.options(options, "points", True)
+            return given.answer(self._handle.nearest_there, columns, out, how, times)
         refuse_count(count)
         source = _sources.points(points, limit, filters)
         asked, progress = _query.options(options, "points", True)
@@ -324,7 +326,8 @@ class Answers(Closable):
         asked, progress = _query.options(options, "crossings", True)
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return _listed.counts(self._handle, on, count, beside, _sources.filters(masks, options), asked, progress, times)
+            filters = _sources.filters(masks, options)
+            return _listed.counts(self._handle, on, count, beside, filters, asked, progress, times)
         refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
         return self._list(source, False, False, asked, progress, times).counts
@@ -356,7 +359,8 @@ class Answers(Closable):
         asked, progress = _query.options(options, "crossings", True)
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            return _listed.lists(self._handle, on, count, beside, _sources.filters(masks, options), asked, progress, times)
+            filters = _sources.filters(masks, options)
+            return _listed.lists(self._handle, on, count, beside, filters, asked, progress, times)
         refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
         return self._list(source, False, True, asked, progress, times)

@@ -59,7 +59,7 @@ def _list(
 
 
 def counts(
-    scene: _ballot.Scene, asked: Array, count: int | None, beside: Mapping[str, Any], masks: Any,
+    scene: _ballot.Scene, asked: Array, count: int | None, beside: Mapping[str, Any], filters: Filters,
     options: Mapping[str, Any], progress: Any, times: list[Times] | None,
 ) -> Array:  # fmt: skip
     """Returns how many triangles each question finds: an Array of uint32."""
@@ -70,7 +70,7 @@ def counts(
 
 
 def lists(
-    scene: _ballot.Scene, asked: Array, count: int | None, beside: Mapping[str, Any], masks: Any,
+    scene: _ballot.Scene, asked: Array, count: int | None, beside: Mapping[str, Any], filters: Filters,
     options: Mapping[str, Any], progress: Any, times: list[Times] | None,
 ) -> DeviceLists:  # fmt: skip
     """Returns the lists: asked for twice, first for their number."""

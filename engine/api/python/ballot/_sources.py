@@ -50,8 +50,8 @@ def rays(
     poses: Any = None, weights: Any = None,
 ) -> Source:
     """Returns rays of 8 or 6 numbers, of a Pattern, or of origins and directions. `t` is the range (t_min, t_max) of
-    all but those of 8 numbers. `filters`: whole numbers below 2^32. `poses`: matrices that broadcast; with a Pattern its
-    rays from each. `weights`: numbers that broadcast."""
+    all but those of 8 numbers. `filters`: whole numbers below 2^32. `poses`: matrices that broadcast; with a Pattern
+    its rays from each. `weights`: numbers that broadcast."""
     moved = None if poses is None else _poses(poses)
     if isinstance(given, Pattern):
         if moved is not None:
@@ -182,8 +182,12 @@ def _fitted(array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray | None:
 
 def _filtered(source: Source, filters: Filters) -> Source:
     """Returns questions with the words that filters read."""
-    words = {name: _words(given, name, source.shape) for name, given in filters._asdict().items() if given is not None}
-    return source._replace(**words) if words else source
+
+    def words(name: str) -> np.ndarray | None:
+        given = getattr(filters, name)
+        return None if given is None else _words(given, name, source.shape)
+
+    return source._replace(masks=words("masks"), excluded=words("excluded"), groups=words("groups"))
 
 
 def _words(given: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
