@@ -159,6 +159,43 @@ TEST_F(ApiFilters, GroupsAreEdited) {
   EXPECT_EQ(t_of(4), 2);
 }
 
+// The last ends of shapes have the bits that they have in lists. A shape is left out with both of its ends.
+TEST_F(ApiFilters, OfShapes) {
+  std::vector<float> at, radii, ends;
+  Numbers segments;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> place(-1, 1);
+  for (std::uint32_t i = 0; i < 40; ++i) {
+    at.insert(at.end(), {place(random), place(random), place(random)});
+    radii.push_back(0.1f + 0.1f * float(i % 4));
+    if (i % 2) segments.insert(segments.end(), {i - 1, i});
+  }
+  const ballot::Scene scene(*device_, {ballot::shapes("spheres", at, radii), grid_.mesh(),
+                                       ballot::shapes("capsules", at, radii, segments), ballot::shapes("boxes", at)});
+  const std::vector<ballot::Ray> rays = rays_down(kRays);
+  for (const char* cull : {"none", "back"}) {
+    const ballot::Lists all = scene.crossings(rays, {.cull = cull});
+    Numbers excluded(kRays, BALLOT_MISS);
+    std::vector<ballot::Hit> last(5 * kRays);
+    scene.trace(rays, ballot::Results{.hits = last.data()}, {.cull = cull, .last = 5});
+    for (std::size_t i = 0; i < kRays; ++i) {
+      std::vector<ballot::Hit> truth(all.hits.begin() + all.offsets[i], all.hits.begin() + all.offsets[i + 1]);
+      if (!truth.empty()) excluded[i] = truth[truth.size() / 2].prim;
+      std::ranges::sort(truth, [](const auto& a, const auto& b) { return a.t != b.t ? a.t > b.t : a.prim < b.prim; });
+      truth.resize(5, {INFINITY, BALLOT_MISS, 0, 0});
+      ASSERT_EQ(std::memcmp(&last[5 * i], truth.data(), 5 * sizeof(ballot::Hit)), 0) << "ray " << i << ", " << cull;
+    }
+    ballot::RayView view = ballot::rays(rays);
+    view.excluded = excluded;
+    const ballot::Lists some = scene.crossings(view, {.cull = cull});
+    for (std::size_t i = 0; i < kRays; ++i) {
+      std::size_t kept = 0;
+      for (auto k = all.offsets[i]; k < all.offsets[i + 1]; ++k) kept += all.hits[std::size_t(k)].prim != excluded[i];
+      ASSERT_EQ(std::size_t(some.counts[i]), kept) << i;
+    }
+  }
+}
+
 TEST_F(ApiFilters, RefuseWhatDoesNotFit) {
   ballot::Scene scene = this->scene();
   const std::vector<ballot::Ray> rays = rays_down(10);
