@@ -217,8 +217,9 @@ BALLOT_API BallotStatus ballot_scene_set_vertex_buffer(BallotScene* scene, uint3
 
 /* Moves all instances as ballot_scene_set_transforms() does, in the order of their numbers, by the first records of an
  * array of matrices on the scene's device. On a GPU ballot_scene_commit() reads them there, if the scene has 1024
- * instances or more, of which none lies in one tree with others; else the host reads them. It sees them later if exact
- * mode, closest points, pictures or edits ask for them. The array is kept as by ballot_scene_set_vertex_buffer().
+ * instances or more, of which none lies in one tree with others or has a group; else the host reads them. It sees them
+ * later if exact mode, closest points, pictures or edits ask for them. The array is kept as by
+ * ballot_scene_set_vertex_buffer().
  * Beside it no meshes or instances come, go, move otherwise or get masks: that is refused until the commit. */
 BALLOT_API BallotStatus ballot_scene_set_transform_buffer(BallotScene* scene, BallotBuffer* transforms);
 /* Sets the masks of all instances as ballot_scene_set_masks() does, and after it, by the first records of an array of
