@@ -9,16 +9,16 @@ namespace ballot {
 
 namespace {
 
-constexpr std::uint32_t kMost = 1u << 22;  // records of a dispatch, a multiple of 4
-
 constexpr std::uint32_t bit(std::uint32_t column) { return 1u << column; }
 constexpr std::uint32_t kOfTable = bit(COLUMN_PRIMS) | bit(COLUMN_IDS) | bit(COLUMN_INSTANCES);
+constexpr std::uint32_t kOfRays = bit(COLUMN_POSITIONS) | bit(COLUMN_FRONT) | bit(COLUMN_FRONT_WORDS);
+constexpr std::uint32_t kOfCorners = bit(COLUMN_NORMALS) | kOfRays;
 constexpr std::uint32_t kOfSides = bit(COLUMN_FLAGS) | bit(COLUMN_FLAG_WORDS) | bit(COLUMN_SIGNED);
 
 /// The configuration of a kernel.
 struct Config {
   std::uint32_t columns = 0;  // bits
-  bool points = false, parity = false, ranges = false, moved = false;
+  bool points = false, parity = false, ranges = false, moved = false, shapes = false;
 };
 
 KernelSource source_of(const Config& c) {
@@ -27,7 +27,8 @@ KernelSource source_of(const Config& c) {
                                   {"BALLOT_POINTS", c.points},
                                   {"BALLOT_PARITY", c.parity && c.columns & kOfSides},
                                   {"BALLOT_RANGES", c.ranges && c.columns & bit(COLUMN_IDS)},
-                                  {"BALLOT_MOVED", c.moved && c.columns & bit(COLUMN_NORMALS)}},
+                                  {"BALLOT_MOVED", c.moved && c.columns & kOfCorners},
+                                  {"BALLOT_SHAPES", c.shapes && c.columns & kOfRays}},
                       .group_size = COLUMNS_GROUP};
   source.name = "query.columns";
   for (const auto& [define, value] : source.defines) source.name += fmt::format(" {}={}", define, value);
@@ -122,6 +123,7 @@ void ColumnWriter::bind(Kernel& kernel, DeviceTree& tree, const ColumnRecords& f
   if (kernel.wants(BIND_HITS)) kernel.bind(BIND_HITS, from.found);
   for (std::uint32_t i = 0; i < COLUMNS; ++i)
     if (to[i]) kernel.bind(BIND_COLUMNS + i, *to[i]);
+  if (kernel.wants(BIND_RAYS)) kernel.bind(BIND_RAYS, *from.rays);
   if (kernel.wants(BIND_CROSSINGS)) kernel.bind(BIND_CROSSINGS, *from.inside);
   if (kernel.wants(BIND_CORNERS)) kernel.bind(BIND_CORNERS, corners_of(tree));
   if (kernel.wants(BIND_CORNER_TABLE)) kernel.bind(BIND_CORNER_TABLE, corner_table_of(tree));
@@ -135,33 +137,37 @@ void ColumnWriter::bind(Kernel& kernel, DeviceTree& tree, const ColumnRecords& f
 
 void ColumnWriter::record(DeviceTree& tree, const ColumnRecords& from, const ColumnBuffers& to,
                           const Context::Done& done) {
-  const KernelSource source =
-      source_of({bits_of(to), from.points, from.inside != nullptr, table_.ranges != 0, tree.forest() != nullptr});
+  const Forest* forest = tree.forest();
+  const KernelSource source = source_of({bits_of(to), from.points, from.inside != nullptr, table_.ranges != 0,
+                                         forest != nullptr, forest && forest->facts().shapes != 0});
   std::unique_ptr<Kernel>& kernel = kernels_[source.name];
   if (refresh(gpu_, kernel, source)) gpu_.save_pipeline_cache();
   bind(*kernel, tree, from, to);
-  const std::uint64_t most =
-      std::min<std::uint64_t>(kMost, std::uint64_t(gpu_.info().max_group_count_x) * COLUMNS_GROUP);
-  const auto instances = std::uint32_t(tree.forest() ? tree.forest()->size() : 0);
-  for (std::uint64_t first = 0; first < from.count; first += most) {
-    const auto some = std::uint32_t(std::min<std::uint64_t>(most, from.count - first));
-    const ColumnsPush push{
-        some, std::uint32_t(first), std::uint32_t(from.to + first), table_.placements, table_.ranges, instances};
+  for_ranges(gpu_.info(), from, [&](const ColumnRange& range) {
+    const ColumnsPush push{range.records,     range.from,    range.to,
+                           table_.placements, table_.ranges, std::uint32_t(forest ? forest->size() : 0),
+                           from.row};
     gpu_.pass(
-        kernel->name(), [&](Commands& cmd) { kernel->dispatch(cmd, groups_of(some, COLUMNS_GROUP), push); }, done);
-  }
+        kernel->name(), [&](Commands& cmd) { kernel->dispatch(cmd, groups_of(range.records, COLUMNS_GROUP), push); },
+        done);
+  });
 }
 
 std::vector<KernelSource> column_sources() {
-  constexpr std::uint32_t kOfHits = bit(COLUMN_POINTS) - 1, kOfPoints = (bit(COLUMNS) - 1) & ~bit(COLUMN_INSTANCES);
+  constexpr std::uint32_t kOfHits = (bit(COLUMN_POINTS) - 1) | kOfRays;
+  constexpr std::uint32_t kOfPoints = (bit(COLUMNS) - 1) & ~(bit(COLUMN_INSTANCES) | kOfRays);
   std::vector<KernelSource> sources;
-  for (const bool points : {false, true})
-    for (const bool other : {false, true}) {
-      const std::uint32_t all = points ? kOfPoints : kOfHits;
-      sources.push_back(source_of({all, points, points && other, other, other}));
-      for (std::uint32_t i = 0; i < COLUMNS; ++i)
-        if (all >> i & 1) sources.push_back(source_of({bit(i), points, points && other, other, other}));
-    }
+  const auto add = [&](std::uint32_t all, const Config& how) {
+    Config one = how;
+    one.columns = all;
+    sources.push_back(source_of(one));
+    for (one.columns = 1; one.columns <= all; one.columns <<= 1)
+      if (all & one.columns) sources.push_back(source_of(one));
+  };
+  for (const bool other : {false, true}) {
+    add(kOfPoints, {.points = true, .parity = other, .ranges = other, .moved = other});
+    for (const bool shapes : {false, other}) add(kOfHits, {.ranges = other, .moved = other, .shapes = shapes});
+  }
   return sources;
 }
 

@@ -2,6 +2,7 @@
 // nearest points.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
@@ -22,7 +23,7 @@ struct PrimTable {
 };
 
 /// Where columns go, by COLUMN_...; null: not wanted.
-using ColumnBuffers = std::array<RawBuffer*, COLUMNS>;
+using ColumnBuffers = std::array<RawBuffer*, ALL_COLUMNS>;
 
 /// Records that columns are of: hits, or nearest points.
 struct ColumnRecords {
@@ -31,7 +32,23 @@ struct ColumnRecords {
   const RawBuffer* inside = nullptr;  // a word for each point; null: Nearest::behind tells
   std::uint64_t count = 0;            // of these, from the first one on
   std::uint64_t to = 0;               // the place of the first one's columns, a multiple of 4
+  const RawBuffer* rays = nullptr;    // of hits: the rays, for COLUMN_POSITIONS and COLUMN_FRONT
+  std::uint32_t row = 1;              // hits of each ray
 };
+
+/// The records of a dispatch.
+struct ColumnRange {
+  std::uint32_t records, from, to;
+};
+/// Calls dispatch(ColumnRange) for the parts of records that a device takes at once, by workgroups of COLUMNS_GROUP.
+template <class Dispatch>
+void for_ranges(const DeviceInfo& device, const ColumnRecords& from, const Dispatch& dispatch) {
+  constexpr std::uint64_t kMost = 1u << 22;  // a multiple of 4
+  const std::uint64_t most = std::min<std::uint64_t>(kMost, std::uint64_t(device.max_group_count_x) * COLUMNS_GROUP);
+  for (std::uint64_t first = 0; first < from.count; first += most)
+    dispatch(ColumnRange{std::uint32_t(std::min(most, from.count - first)), std::uint32_t(first),
+                         std::uint32_t(from.to + first)});
+}
 
 /// Writes columns, each by one dispatch with all others of a call. What they are made from is put on the device when
 /// somebody first asks for it, and follows the tree: the table of numbers, and for normals the corners of triangles,
@@ -41,10 +58,12 @@ class ColumnWriter {
  public:
   ColumnWriter(Context& gpu, PrimTable table) : gpu_(gpu), table_(std::move(table)) {}
 
-  /// Returns true if the device can compute normals, for which it needs float64.
-  static bool has_normals(const DeviceInfo& device) { return device.float64; }
+  /// The columns that the device needs float64 for.
+  static constexpr std::uint32_t kInDouble[] = {COLUMN_NORMALS, COLUMN_POSITIONS, COLUMN_FRONT, COLUMN_FRONT_WORDS};
+  /// Returns true if the device can compute these.
+  static bool has_double(const DeviceInfo& device) { return device.float64; }
 
-  /// Records the writing of columns behind all earlier passes. Their numbers have the bits of those that the host
+  /// Records the writing of those columns below COLUMNS behind all earlier passes. Their numbers have the bits of those that the host
   /// finds. `done` is given the device milliseconds of each pass. Throws Error(Work) if the device has no room.
   void record(DeviceTree& tree, const ColumnRecords& from, const ColumnBuffers& to, const Context::Done& done);
 

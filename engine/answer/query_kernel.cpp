@@ -4,7 +4,7 @@
 #include <cstring>
 #include <utility>
 
-#include "engine/answer/columns.h"
+#include "engine/answer/attributes.h"
 #include "engine/answer/crossing_kernels.h"
 #include "engine/answer/lists.h"
 #include "engine/answer/made_questions.h"
@@ -106,6 +106,7 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
   }
   for (KernelSource& source : column_sources()) sources.push_back(std::move(source));
+  for (KernelSource& source : value_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : sum_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : order_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : making_sources()) sources.push_back(std::move(source));

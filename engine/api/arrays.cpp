@@ -4,8 +4,8 @@
 #include <atomic>
 #include <limits>
 
+#include "engine/api/hit_geometry.h"
 #include "engine/core/parallel.h"
-#include "engine/core/unit_normal.h"
 
 namespace ballot::api {
 
@@ -15,14 +15,16 @@ constexpr std::size_t kRow = 512;  // hits that are written at a time
 static_assert(sizeof(BallotHit) == sizeof(Hit));
 
 glm::vec3 normal_of(const Triangle& t) { return unit_normal(t[0], t[1], t[2]); }
+glm::dvec3 area_of(const Triangle& t) { return area_vector(t[0], t[1], t[2]); }
 
 }  // namespace
 
-HitArrays::HitArrays(const BallotHits& to, SceneState& scene, const RowOrder& order, std::size_t count)
-    : to_(to), scene_(scene), order_(order) {
-  if (!to.normals) return;
+HitArrays::HitArrays(const BallotHits& to, std::span<const WantedValues> values, SceneState& scene,
+                     const RowOrder& order, std::size_t count, RaysOfHits of)
+    : to_(to), scene_(scene), order_(order), of_(of), made_(to, values, scene, order, count) {
+  if (!to.normals && !to.positions && !to.front) return;
   const std::span<const Triangle> triangles = scene.world->scene().triangles;  // here, before several threads ask
-  if (scene.world->forest() || count < triangles.size()) return;
+  if (!to.normals || scene.world->forest() || count < triangles.size()) return;
   NormalTable& table = scene.normals;
   if (const std::uint64_t now = scene.world->tracer().tree().generation(); table.generation != now) {
     table.normals.resize(triangles.size());
@@ -51,21 +53,53 @@ const glm::vec3& HitArrays::Normals::of(const Hit& hit) {
 void HitArrays::write_places(std::size_t place, std::span<const Hit> hits) const {
   const PlaceTable& table = *scene_.places;
   std::uint32_t last = NO_HIT, near = 0;  // neighbours often hit one triangle
-  std::uint32_t triangle = BALLOT_MISS, instance = BALLOT_MISS, id = BALLOT_MISS;
+  std::uint32_t triangle = BALLOT_MISS, instance = BALLOT_MISS, id = BALLOT_MISS, material = BALLOT_MISS;
+  const ballot::Scene& scene = scene_.world->scene_facts();
   for (std::size_t i = 0; i < hits.size(); ++i) {
     if (const std::uint32_t prim = hits[i].prim; prim != last) {
       last = prim;
-      triangle = instance = id = BALLOT_MISS;
+      triangle = instance = id = material = BALLOT_MISS;
       if (prim != NO_HIT) {
         near = table.placement_of(prim, near);
         triangle = prim - table.first_of(near);
         instance = table.instance_of(near);
         if (to_.mesh_ids) id = table.id_of(prim, near);
+        if (to_.materials) material = scene.material(scene.instances.first[table.mesh_of(near)] + triangle);
       }
     }
     if (to_.prims) to_.prims[place + i] = triangle;
     if (to_.mesh_ids) to_.mesh_ids[place + i] = id;
     if (to_.instances) to_.instances[place + i] = instance;
+    if (to_.materials) to_.materials[place + i] = material;
+  }
+}
+
+/// Writes where hits are, and whether rays come from the front.
+void HitArrays::write_geometry(std::size_t place, std::span<const Hit> hits) const {
+  const std::size_t first = place / of_.row;
+  std::array<Ray, kRow> rays;
+  of_.rays->read(first, std::span(rays).first((place + hits.size() - 1) / of_.row + 1 - first));
+  std::uint32_t last = NO_HIT;
+  Triangle triangle{};
+  glm::dvec3 area(0);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const Hit& hit = hits[i];
+    const Ray& ray = rays[(place + i) / of_.row - first];
+    glm::vec3 at(0);
+    bool front = false;
+    if (hit.prim != NO_HIT) {
+      if (const std::optional<glm::vec3> normal = scene_.world->shape_normal(hit)) {
+        at = position_along(ray, hit.t);
+        front = is_front(glm::dvec3(*normal), ray);
+      } else {
+        if (hit.prim != last) triangle = scene_.world->triangle(hit.prim), area = area_of(triangle);
+        last = hit.prim;
+        at = position_of(triangle, hit.u, hit.v);
+        front = is_front(area, ray);
+      }
+    }
+    if (to_.positions) std::memcpy(to_.positions + 3 * (place + i), &at, sizeof at);
+    if (to_.front) to_.front[place + i] = front;
   }
 }
 
@@ -91,7 +125,8 @@ void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals&
     for (std::size_t i = 0; i < n; ++i) to_.occluded[place + i] = hits[i].prim != NO_HIT;
   if (to_.uvs)
     for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.uvs + 2 * (place + i), &hits[i].u, 2 * sizeof(float));
-  if (to_.prims || to_.mesh_ids || to_.instances) write_places(place, hits);
+  if (to_.prims || to_.mesh_ids || to_.instances || to_.materials) write_places(place, hits);
+  if (to_.positions || to_.front) write_geometry(place, hits);
   if (to_.normals)
     for (std::size_t i = 0; i < n; ++i)
       std::memcpy(to_.normals + 3 * (place + i), &normals.of(hits[i]), sizeof(glm::vec3));
@@ -99,7 +134,7 @@ void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals&
 
 bool HitArrays::records_alone() const {
   return order_.width() == 0 && to_.hits && !to_.t && !to_.occluded && !to_.uvs && !to_.prims && !to_.mesh_ids &&
-         !to_.instances && !to_.normals;
+         !to_.instances && !to_.normals && !to_.positions && !to_.front && !to_.materials;
 }
 
 Hit* HitArrays::in_place(std::size_t first) const {
@@ -107,6 +142,7 @@ Hit* HitArrays::in_place(std::size_t first) const {
 }
 
 void HitArrays::write(std::size_t first, std::span<const Hit> hits) {
+  if (made_) made_.add(first, hits);
   const bool alone = records_alone(), there = alone && hits.data() == in_place(first);
   std::atomic<std::uint64_t> found{0};
   for_chunks(hits.size(), kChunk, [&](std::size_t begin, std::size_t end) {

@@ -10,21 +10,31 @@
 #include "engine/api/query.h"
 #include "engine/api/sources.h"
 #include "engine/api/state.h"
+#include "engine/api/values.h"
 #include "engine/core/interruption.h"
 
 namespace ballot::api {
 
-/// The result arrays of a call. Keeps the caller's pointers and a reference to the scene.
+/// The rays of hits, of which each has a row.
+struct RaysOfHits {
+  const RayArray* rays = nullptr;  // null: hits are of points
+  std::size_t row = 1;
+};
+
+/// The result arrays of a call. Keeps the caller's pointers and references to the scene and the rays.
 class HitArrays {
  public:
-  /// `count`: of the hits that will come.
-  HitArrays(const BallotHits& to, SceneState& scene, const RowOrder& order, std::size_t count);
+  /// `values` are those of `to`; `count`: of the hits that will come.
+  HitArrays(const BallotHits& to, std::span<const WantedValues> values, SceneState& scene, const RowOrder& order,
+            std::size_t count, RaysOfHits of);
   /// Writes the hits of the rays from number `first` of the order on. hits() counts the rays that hit.
   void write(std::size_t first, std::span<const Hit> hits);
   /// Returns where the hits from number `first` on belong, if the caller wants them as records in this order and no
   /// other results; null if not. write() does not copy hits that lie there.
   Hit* in_place(std::size_t first) const;
   std::uint64_t hits() const { return hits_; }
+  /// Writes what the device makes of all hits, and adds what that takes.
+  void end(TraceTimes& times) { made_.end(times); }
 
  private:
   /// Normals, and those of triangles that were hit last: rays of a tile hit the same ones again and again.
@@ -48,6 +58,7 @@ class HitArrays {
   void fetch_triangles(std::span<const Hit> hits) const;
   void write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const;
   void write_places(std::size_t place, std::span<const Hit> hits) const;
+  void write_geometry(std::size_t place, std::span<const Hit> hits) const;
   bool records_alone() const;
 
   BallotHits to_;
@@ -55,6 +66,8 @@ class HitArrays {
   RowOrder order_;
   std::span<const glm::vec3> all_normals_;  // none: they are found as they are hit
   std::uint64_t hits_ = 0;
+  RaysOfHits of_;
+  MadeColumns made_;
 };
 
 /// Returns the options of a call; null: the defaults. Throws if one is set that its kind does not have.

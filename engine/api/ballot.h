@@ -34,13 +34,14 @@
 
 #include "ballot_device.h"
 #include "ballot_kernel.h"
+#include "ballot_scene_facts.h"
 #include "ballot_views.h"
 
 namespace ballot {
 inline namespace v1 {
 
 /// A scene on a device.
-class Scene {
+class Scene : public SceneFacts {
  public:
   /// Makes a scene of meshes, each of which lies in the world, once. Meshes and their instances are numbered from 0,
   /// and triangles through the instances. Triangles without area keep their number and are never hit. Throws
@@ -100,6 +101,11 @@ class Scene {
     check(ballot_scene_set_vertex_buffer(handle_.get(), mesh, vertices.handle()));
   }
 
+  /// Gives a mesh an attribute, in the place of one of this name that it has. No tree changes.
+  void set_attribute(std::uint32_t mesh, const Attribute& attribute) {
+    check(ballot_scene_set_attribute(handle_.get(), mesh, &attribute));
+  }
+
   /// Adds instances of meshes and returns their numbers.
   std::vector<std::uint32_t> add_instances(const Instances& instances) {
     std::vector<std::uint32_t> numbers(instances.count);
@@ -149,15 +155,6 @@ class Scene {
   void commit() { check(ballot_scene_commit(handle_.get())); }
   /// Drops the edits.
   void discard() { check(ballot_scene_discard(handle_.get())); }
-
-  /// Returns the animations of a scene that was loaded from a glTF file.
-  std::vector<AnimationInfo> animations() const {
-    std::size_t count = 0;
-    check(ballot_scene_animations(handle_.get(), nullptr, 0, &count));
-    std::vector<AnimationInfo> all(count);
-    check(ballot_scene_animations(handle_.get(), all.data(), count, &count));
-    return all;
-  }
 
   /// Moves the scene to a time of one of its animations. A time outside means the beginning or end.
   /// SceneOptions::updates says how the tree moves. Throws Error(BALLOT_ERROR_ARGUMENT) if there is no such animation
@@ -284,42 +281,6 @@ class Scene {
     return found;
   }
 
-  /// Returns what the scene holds, as it was committed last.
-  SceneInfo info() const {
-    SceneInfo info;
-    check(ballot_scene_info(handle_.get(), &info));
-    return info;
-  }
-
-  /// Returns the meshes, in the order of their numbers.
-  std::vector<MeshInfo> meshes() const {
-    std::vector<MeshInfo> all(info().meshes);
-    for (std::size_t i = 0; i < all.size(); ++i) check(ballot_scene_mesh(handle_.get(), i, &all[i]));
-    return all;
-  }
-  /// Returns the instances. A scene that was made without has one of each mesh, in the world.
-  std::vector<InstanceInfo> instances() const {
-    std::vector<InstanceInfo> all(info().instances);
-    for (std::size_t i = 0; i < all.size(); ++i) check(ballot_scene_instance(handle_.get(), i, &all[i]));
-    return all;
-  }
-
-  /// Returns nine floats for each triangle of each mesh: x y z of its vertices, in the mesh's own space.
-  std::vector<float> triangles() const {
-    auto all = detail::room_for<float>(9 * info().triangles);
-    if (!all.empty()) check(ballot_scene_triangles(handle_.get(), all.data()));
-    return all;
-  }
-
-  /// Returns the indices that a mesh, named by its number, was made with: three for each of its triangles, or none.
-  std::vector<std::uint32_t> indices(std::uint32_t mesh) const {
-    std::size_t count = 0;
-    check(ballot_scene_indices(handle_.get(), mesh, nullptr, 0, &count));
-    auto all = detail::room_for<std::uint32_t>(count);
-    check(ballot_scene_indices(handle_.get(), mesh, all.data(), all.size(), &count));
-    return all;
-  }
-
   /// Makes the rays of a kind (`ballot methods`: "primary", "shadow", "ao", ...) for a view.
   std::vector<Ray> make_rays(const View& view, const std::string& kind, std::uint32_t width,
                              std::uint32_t height) const {
@@ -348,12 +309,8 @@ class Scene {
     return rgba;
   }
 
-  /// Returns the handle of the C interface, which stays this object's.
-  BallotScene* handle() const { return handle_.get(); }
-
  private:
-  using Owner = detail::Handle<BallotScene, ballot_scene_destroy>;
-  explicit Scene(BallotScene* scene) : handle_(scene) {}
+  explicit Scene(BallotScene* scene) { handle_ = Owner(scene); }
   Scene(const Device& device, std::span<const Mesh> meshes, const Instances* instances, const SceneOptions& options) {
     BallotScene* scene = nullptr;
     check(ballot_scene_create(device.handle(), meshes.data(), meshes.size(), instances, &options, &scene));
@@ -385,8 +342,6 @@ class Scene {
     detail::Listing listing(detail::count_of(rays.shape));
     return listing.end(ballot_list_crossings(handle_.get(), &rays, &listing.to, &query, nullptr));
   }
-
-  Owner handle_;
 };
 
 inline Times Kernel::run(const Scene& scene, std::size_t count, std::span<const Input> inputs,

@@ -199,7 +199,8 @@ typedef enum BallotRecord {
   BALLOT_RECORD_UINT8 = 8,      /* uint8_t */
   BALLOT_RECORD_FLOAT32X12 = 9, /* 12 float, a 3 x 4 matrix row by row: ballot_scene_set_transform_buffer() */
   BALLOT_RECORD_INT64 = 10,     /* int64_t: offsets of ballot_list_buffers() */
-  BALLOT_RECORD_FLOAT64 = 11    /* double: sums of ballot_trace_buffers() */
+  BALLOT_RECORD_FLOAT64 = 11,   /* double: sums of ballot_trace_buffers() */
+  BALLOT_RECORD_FLOAT32X4 = 12  /* 4 float: colors, attributes */
 } BallotRecord;
 
 /* A vertex on the device, 12 bytes. */
@@ -262,9 +263,9 @@ BALLOT_API const char* ballot_buffer_error(BallotBuffer* buffer);
 
 /* A column of answers, and the array on the scene's device that it goes to: the first records of it. */
 typedef struct BallotOutput {
-  /* The name of a member of BallotHits or BallotNearest, as "t". The array holds numbers of its type: "uvs" go to
-   * BALLOT_RECORD_FLOAT32X2, "prim_sums" to BALLOT_RECORD_FLOAT64. "occluded" and "inside" go to BALLOT_RECORD_UINT8
-   * or BALLOT_RECORD_UINT32. */
+  /* The name of a member of BallotHits or BallotNearest, as "t", or of an attribute. The array holds numbers of its
+   * type: "uvs" go to BALLOT_RECORD_FLOAT32X2, "prim_sums" to BALLOT_RECORD_FLOAT64. "occluded", "front" and "inside"
+   * go to BALLOT_RECORD_UINT8 or BALLOT_RECORD_UINT32. */
   BallotText column BALLOT_ZERO;
   BallotTarget to BALLOT_ZERO; /* each array once, and not what is asked */
 } BallotOutput;
@@ -273,7 +274,8 @@ typedef struct BallotOutput {
  * Returns when they are written. BallotTimes::hits is not counted. query->progress may end the call, but is told no
  * share. With first, cull, alpha or masks hits are the first crossings, as by ballot_trace(), and outputs hold `first`
  * records of each ray, but for sums. The scene keeps 16 bytes a hit on the device unless "hits" are among the columns,
- * and for "normals" 36 bytes a triangle, unless it is flat and was built there. */
+ * for "normals", "positions" and "front" 36 bytes a triangle, unless it is flat and was built there, and for columns of
+ * surfaces what their shading takes: 48 a triangle, and more as it has textures, colours and normals. */
 BALLOT_API BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64_t count,
                                              const BallotOutput* outputs, size_t output_count, const BallotQuery* query,
                                              BallotTimes* times);

@@ -188,6 +188,14 @@ typedef struct BallotSums {
   size_t count BALLOT_ZERO; /* entries that there is room for */
 } BallotSums;
 
+/* Where the values of an attribute go. */
+typedef struct BallotValues {
+  BallotText attribute BALLOT_ZERO; /* BallotAttribute::name, of some mesh */
+  /* Its components of each answer; NaN where there is none: on a miss, and of a mesh that lacks the attribute. The
+   * device finds them, for whichever memory, so their bits do not depend on that. */
+  float* data BALLOT_ZERO;
+} BallotValues;
+
 /* Where the results go: arrays of an entry for each ray, or of BallotQuery::first or last entries, in their order.
  * Those that are NULL are not written. The arrays must not overlap the rays or each other. */
 typedef struct BallotHits {
@@ -209,6 +217,24 @@ typedef struct BallotHits {
   BallotSums prim_sums BALLOT_ZERO;     /* by BallotHit::prim: BallotSceneInfo::instance_triangles entries, and 1 */
   BallotSums instance_sums BALLOT_ZERO; /* by place, as of ballot_scene_instance(): BallotSceneInfo::instances, and 1 */
   BallotSums mesh_sums BALLOT_ZERO;     /* by place, as of ballot_scene_mesh(): BallotSceneInfo::meshes, and 1 */
+  /* 3 each: where it is, on a miss 0: the point of the triangle that u and v name, in double, rounded once, so within
+   * half a unit of the last place and 2^-50 of the vertices. The vertices are those of the world, rounded to float32,
+   * as of normals. On a shape it is origin + t * direction, so computed, with the error of t */
+  float* positions BALLOT_ZERO;
+  /* 1: the ray meets the front, as BallotQuery::cull says; 0: the back, or a miss. Wrong at most where the direction is
+   * within 2^-50 of the plane of the triangle as the world has it, of shapes 2^-22; there cull may say otherwise */
+  uint8_t* front BALLOT_ZERO;
+  /* number of the material, in the order of the file; 0 of meshes in memory, on a miss BALLOT_MISS */
+  uint32_t* materials BALLOT_ZERO;
+  /* 4 each: linear red, green, blue of the base colour and opacity, as pictures and BallotQuery::alpha have them:
+   * factors of the material times texture times colours of vertices; the opacity of a mask is 0 or 1. Textures are read
+   * at their finest level, in float32. On a miss 0. Made by the device, as values are */
+  float* colors BALLOT_ZERO;
+  /* 3 each: unit normal that is interpolated between those of the vertices and bent by the material's normal map, on
+   * the side of normals; these where there is none. On a miss 0. Made by the device, as values are */
+  float* shading_normals BALLOT_ZERO;
+  const BallotValues* values BALLOT_ZERO; /* attributes, each once */
+  size_t value_count BALLOT_ZERO;         /* how many */
 } BallotHits;
 
 /* Traces rays, nearest, any or first hits, and returns when the results are written. Neighbours in the array share a
@@ -276,6 +302,11 @@ typedef struct BallotNearest {
   float* signed_distances BALLOT_ZERO;     /* negative inside, as BallotQuery::sign says */
   uint8_t* inside BALLOT_ZERO;             /* 1: inside, as BallotQuery::sign says */
   BallotNearestPoint* nearest BALLOT_ZERO; /* whole nearest points */
+  uint32_t* materials BALLOT_ZERO;         /* as in BallotHits */
+  float* colors BALLOT_ZERO;               /* 4 each: as in BallotHits */
+  float* shading_normals BALLOT_ZERO;      /* 3 each: as in BallotHits */
+  const BallotValues* values BALLOT_ZERO;  /* attributes, each once, as in BallotHits */
+  size_t value_count BALLOT_ZERO;          /* how many */
 } BallotNearest;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of

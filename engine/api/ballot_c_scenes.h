@@ -9,6 +9,31 @@
 /* How the indices of a mesh lie in memory. */
 typedef enum BallotIndexType { BALLOT_INDEX_NONE = 0, BALLOT_INDEX_U16 = 1, BALLOT_INDEX_U32 = 2 } BallotIndexType;
 
+/* What the values of an attribute are of. */
+typedef enum BallotValuesOf { BALLOT_OF_VERTICES = 0, BALLOT_OF_PRIMS = 1, BALLOT_OF_MESH = 2 } BallotValuesOf;
+
+/* Numbers that a mesh has beside its geometry, which answers tell where they meet it: BallotValues. Any numbers, NaN
+ * and infinity as well. They lie on the device alone, 4 bytes each, and cost nothing where no answer asks for them. */
+typedef struct BallotAttribute {
+  BALLOT_SIZE(BallotAttribute);
+  /* Any text of 1 to 255 bytes but the name of a column of BallotHits or BallotNearest; once in a mesh */
+  BallotText name BALLOT_ZERO;
+  /* What its values are of, in their order: the vertices of a mesh of triangles, of a file's mesh the corners of its
+   * triangles; its triangles or shapes; or the whole, one value. */
+  BallotValuesOf of BALLOT_ZERO;
+  uint32_t components BALLOT_ZERO; /* numbers of a value, 1 to 4, as in other meshes; 0: 1 */
+  size_t count BALLOT_ZERO;        /* number of values; must be that of what they are of */
+  const float* data BALLOT_ZERO;   /* the numbers of each value side by side; read by the call */
+  size_t stride BALLOT_ZERO;       /* bytes from one value to the next, a multiple of 4; 0: side by side */
+  /* Instead of data: the first `count` BALLOT_RECORD_FLOAT32, FLOAT32X2, X3 or X4, by components, of an array on the
+   * scene's device, copied there by the call. */
+  BallotTarget buffer BALLOT_ZERO;
+  /* Of vertices: 1: a hit has the value of the vertex whose weight is largest, of equal ones the first. 0: with
+   * those of the vertices a, b, c it has a + (u (b - a) + v (c - a)), each operation rounded to float32: equal values
+   * stay as they are. */
+  BallotBool nearest BALLOT_ZERO;
+} BallotAttribute;
+
 /* A mesh: triangles, or shapes of another kind. The library copies what it needs before the call returns; arrays on the
  * device may go then, too. */
 typedef struct BallotMesh {
@@ -41,6 +66,9 @@ typedef struct BallotMesh {
    * triangles alone. */
   BallotTarget vertex_buffer BALLOT_ZERO;
   BallotTarget index_buffer BALLOT_ZERO; /* NULL without indices */
+  BallotText name BALLOT_ZERO;           /* any text, in any number of meshes; NULL: "mesh N", or "scene" of one mesh */
+  const BallotAttribute* attributes BALLOT_ZERO; /* that it has; of shapes none of vertices */
+  size_t attribute_count BALLOT_ZERO;            /* how many */
 } BallotMesh;
 
 /* How a scene is made. */
@@ -148,7 +176,7 @@ BALLOT_API void ballot_scene_destroy(BallotScene* scene);
 /* Adds a mesh and writes its number. It has no instance yet. An id of 2^32 - 1 stands for that number. The triangles of
  * arrays on the device are checked there and read back. */
 BALLOT_API BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, uint32_t* number);
-/* Gives a mesh other triangles, any number of them. It keeps its instances, name and id. */
+/* Gives a mesh other triangles and attributes, any number of them. It keeps its instances, name and id. */
 BALLOT_API BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const BallotMesh* with);
 /* Removes a mesh and its instances. */
 BALLOT_API BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t mesh);
@@ -158,6 +186,8 @@ BALLOT_API BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t me
  * a triangle for the next time, of the device if the tree was built there, else of the host. */
 BALLOT_API BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const float* positions,
                                                   size_t count, size_t stride);
+/* Gives a mesh an attribute, in the place of one of this name that it has. No tree changes. */
+BALLOT_API BallotStatus ballot_scene_set_attribute(BallotScene* scene, uint32_t mesh, const BallotAttribute* attribute);
 /* Adds instances of meshes and writes the number of each; numbers may be NULL. */
 BALLOT_API BallotStatus ballot_scene_add_instances(BallotScene* scene, const BallotInstances* instances,
                                                    uint32_t* numbers);
@@ -248,16 +278,38 @@ BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* i
 /* A mesh of a scene. */
 typedef struct BallotMeshInfo {
   BALLOT_SIZE(BallotMeshInfo);
-  char name[256];     /* as in the file, else "mesh N", or "scene" of one mesh; cut off if it is longer */
-  uint32_t id;        /* BallotMesh::id, or of the mesh or group in the file */
-  uint64_t first;     /* number of its first triangle among those of ballot_scene_triangles() */
-  uint64_t triangles; /* how many it has */
-  float lo[3];        /* its bounds, in its own space; zero if it has no triangle */
-  float hi[3];        /* their other end */
-  uint32_t mesh;      /* its number */
+  char name[256];      /* BallotMesh::name, or as in the file; cut off if it is longer */
+  uint32_t id;         /* BallotMesh::id, or of the mesh or group in the file */
+  uint64_t first;      /* number of its first triangle among those of ballot_scene_triangles() */
+  uint64_t triangles;  /* how many it has */
+  float lo[3];         /* its bounds, in its own space; zero if it has no triangle */
+  float hi[3];         /* their other end */
+  uint32_t mesh;       /* its number */
+  uint32_t attributes; /* how many it has */
 } BallotMeshInfo;
 /* Tells of a mesh by its place among them, 0 to BallotSceneInfo::meshes - 1; they are in the order of their numbers. */
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo* info);
+
+/* Writes the numbers of the meshes of this name, at most `room`, in ascending order, and how many there are to *count.
+ * `meshes` may be NULL if room is 0. */
+BALLOT_API BallotStatus ballot_scene_find_meshes(BallotScene* scene, const char* name, uint32_t* meshes, size_t room,
+                                                 size_t* count);
+
+/* An attribute of a mesh, as it was committed last. */
+typedef struct BallotAttributeInfo {
+  BALLOT_SIZE(BallotAttributeInfo);
+  char name[256];      /* BallotAttribute::name */
+  uint32_t of;         /* BALLOT_OF_VERTICES, BALLOT_OF_PRIMS or BALLOT_OF_MESH */
+  uint32_t components; /* numbers of a value */
+  uint64_t count;      /* number of values */
+  BallotBool nearest;  /* BallotAttribute::nearest */
+} BallotAttributeInfo;
+/* Tells of an attribute of a mesh, named by its number, by its place among them, 0 to BallotMeshInfo::attributes - 1;
+ * they are in the order in which they were given. */
+BALLOT_API BallotStatus ballot_scene_attribute(BallotScene* scene, uint32_t mesh, size_t place,
+                                               BallotAttributeInfo* info);
+/* Writes the values of such an attribute, side by side: components * count floats. */
+BALLOT_API BallotStatus ballot_scene_attribute_values(BallotScene* scene, uint32_t mesh, size_t place, float* values);
 
 /* Writes nine floats for each triangle of each mesh: x, y, z of its three vertices, in the mesh's own space. */
 BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triangles);

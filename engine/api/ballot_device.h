@@ -73,7 +73,7 @@ class Job {
 };
 
 /// An array on a device: of Ray, Hit, Point, NearestPoint, Vertex or Matrix, or of numbers, as columns of answers have
-/// them: float, std::array<float, 2>, std::array<float, 3>, std::uint32_t, std::uint8_t or double.
+/// them: float, std::array<float, 2>, 3 or 4, std::uint32_t, std::uint8_t or double.
 template <class T>
 class Array {
  public:
@@ -134,6 +134,15 @@ inline Mesh mesh(const Array<Vertex>& vertices, const Array<std::uint32_t>& indi
   Mesh m = mesh(vertices);
   m.index_buffer = indices.handle(), m.index_count = indices.size();
   return m;
+}
+
+/// Returns an attribute over an array on the device: of float, or of std::array<float, 2>, 3 or 4.
+template <class T>
+Attribute attribute(const char* name, const Array<T>& values, BallotValuesOf of = BALLOT_OF_VERTICES) {
+  static_assert(sizeof(T) <= 4 * sizeof(float), "a value has 1 to 4 numbers");
+  Attribute a{.name = name, .of = of, .components = sizeof(T) / sizeof(float)};
+  a.count = values.size(), a.buffer = values.handle();
+  return a;
 }
 
 }  // namespace v1

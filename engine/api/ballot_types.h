@@ -21,6 +21,8 @@ inline namespace v1 {
 // {.any = 1, .method = "packet"}; what is left out has its default. What they refer to must live until the call
 // returns.
 using AnimationInfo = BallotAnimationInfo;  ///< an animation of a scene file
+using Attribute = BallotAttribute;          ///< numbers of a mesh beside its geometry
+using AttributeInfo = BallotAttributeInfo;  ///< an attribute of a mesh
 using DeviceInfo = BallotDeviceInfo;        ///< a device, as devices() lists it
 using Hit = BallotHit;                      ///< a hit, 16 bytes
 using InputInfo = BallotInputInfo;          ///< an array or number of a kernel
@@ -41,6 +43,7 @@ using Results = BallotHits;                 ///< where hits go
 using SceneInfo = BallotSceneInfo;          ///< what a scene holds, and its tree
 using SceneOptions = BallotSceneOptions;    ///< how a scene is made
 using Times = BallotTimes;                  ///< what a call took
+using Values = BallotValues;                ///< where the values of an attribute go
 using Vertex = BallotVertex;                ///< a vertex on the device, 12 bytes
 using Matrix = std::array<float, 12>;       ///< a 3 x 4 matrix on the device, row by row
 using View = BallotView;                    ///< a camera, as in glTF
@@ -114,6 +117,18 @@ inline Mesh shapes(const char* kind, std::span<const float> positions, std::span
                                            std::to_string(m.vertex_count) + " vertices; expected one for each");
   m.radii = radii.data();
   return m;
+}
+
+/// Returns an attribute over `components` numbers of each value, side by side. Throws Error(BALLOT_ERROR_ARGUMENT) if
+/// they are no multiple.
+inline Attribute attribute(const char* name, std::span<const float> values, std::uint32_t components = 1,
+                           BallotValuesOf of = BALLOT_OF_VERTICES) {
+  if (components == 0 || values.size() % components)
+    throw Error(BALLOT_ERROR_ARGUMENT, std::string("attribute '") + name + "': " + std::to_string(values.size()) +
+                                           " numbers; expected a multiple of " + std::to_string(components));
+  Attribute a{.name = name, .of = of, .components = components};
+  a.count = values.size() / components, a.data = values.data();
+  return a;
 }
 
 namespace detail {

@@ -181,6 +181,8 @@ struct RecordOf<std::array<float, 2>> : std::integral_constant<BallotRecord, BAL
 template <>
 struct RecordOf<std::array<float, 3>> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X3> {};
 template <>
+struct RecordOf<std::array<float, 4>> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X4> {};
+template <>
 struct RecordOf<Vertex> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X3> {};
 template <>
 struct RecordOf<Matrix> : std::integral_constant<BallotRecord, BALLOT_RECORD_FLOAT32X12> {};

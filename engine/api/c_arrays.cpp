@@ -57,7 +57,7 @@ class DeviceJob : public JobState {
     const Query concrete = tracer.resolve(query, trace.rays, trace.count);
     const Context::Done add = [times = spent_](double ms) { times->device_ms += ms; };
     tracer.record(trace.rays, trace.hits, trace.count, concrete, add);
-    record_columns(*scene_, {.found = trace.hits, .count = trace.count}, trace.outputs.to, add);
+    record_columns(*scene_, {.found = trace.hits, .count = trace.count, .rays = &trace.rays}, trace.outputs.to, add);
     // Work for an idle device is sent at once; behind two submissions it waits to be sent together with what follows.
     Context& gpu = *scene_->device->gpu;
     if (!gpu.has_recorded()) return;  // it was traced at once, as the host has to look at its results
@@ -105,7 +105,7 @@ void with_arrays(SceneState& scene, BallotBuffer* rays, std::uint64_t count, std
   const std::uint64_t all = count * hits_of_each(q);
   const Outputs to(outputs, door::kHitRows, scene, *from, all, kTrace);
   const Hold hold(*scene.device);
-  to.check_sums(scene);
+  to.check_held(scene);
   keep_fit(scene);
   Buffer<Hit>& hits = to.hits ? *to.hits : buffer_for(answers_there(scene).hits, *scene.device->gpu, all, "hits");
   trace(ArrayTrace{in, std::uint32_t(count), to, hits}, q);
@@ -136,7 +136,8 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64
       ballot::TraceTimes spent = asks_for_crossings(q)
                                      ? first_crossings(*state, t.rays, t.count, q, t.hits)
                                      : state->world->tracer().trace(t.rays, t.hits, t.count, hit_query(q));
-      record_columns(*state, {.found = t.hits, .count = all}, t.outputs.to, [&](double ms) { spent.device_ms += ms; });
+      record_columns(*state, {.found = t.hits, .count = all, .rays = &t.rays, .row = std::max(q.first, 1u)},
+                     t.outputs.to, [&](double ms) { spent.device_ms += ms; });
       sums.end(gpu, spent);
       write_struct(times, clock.times(spent, 0), "BallotTimes");
     });

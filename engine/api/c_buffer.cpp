@@ -36,6 +36,8 @@ void make_records(BufferState& to, BallotRecord record, std::uint64_t count, bal
       return make(std::type_identity<std::int64_t>(), "numbers of the caller");
     case BALLOT_RECORD_FLOAT64:
       return make(std::type_identity<double>(), "sums of the caller");
+    case BALLOT_RECORD_FLOAT32X4:
+      return make(std::type_identity<glm::vec4>(), "colors of the caller");
   }
   throw Refused(BALLOT_ERROR_ARGUMENT,
                 fmt::format("ballot_buffer_create: record is {}; expected one of BALLOT_RECORD_...", int(record)));

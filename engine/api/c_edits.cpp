@@ -2,6 +2,8 @@
 #include <cstring>
 
 #include "engine/api/arrays.h"
+#include "engine/api/edits.h"
+#include "engine/api/mesh_attributes.h"
 #include "engine/api/mesh_shapes.h"
 #include "engine/api/meshes.h"
 #include "engine/model/instances.h"
@@ -17,30 +19,14 @@ using MovingVertices = std::map<std::uint32_t, PendingEdits::Vertices>::node_typ
 struct MeshesGo {
   explicit MeshesGo(std::unique_ptr<PendingEdits>& of) : edits(of) {}
   ~MeshesGo() {
-    if (edits) edits->meshes.clear();
+    if (edits) edits->let_go();
   }
   MeshesGo(const MeshesGo&) = delete;
   MeshesGo& operator=(const MeshesGo&) = delete;
   std::unique_ptr<PendingEdits>& edits;
 };
 
-/// Returns the edits of a scene, to which a call adds some. `needs_scene`: they look at the scene, which is brought up
-/// to date then. `beside`: transforms on the device may be among them.
-PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene = true, bool beside = false) {
-  refuse_animated(scene, call);
-  if (!beside && scene.pending && scene.pending->transforms_there)
-    refuse(fmt::format("{}: instances are to move by an array on the device; commit that before", call));
-  const Scene& now = needs_scene ? scene.world->scene() : scene.world->scene_facts();
-  if (!scene.pending) scene.pending = std::make_unique<PendingEdits>(now, scene.next);
-  return *scene.pending;
-}
-
-/// Returns what is known of a mesh, as the edits leave it.
-const MeshState& mesh_of(const SceneState& scene, std::uint32_t mesh) {
-  scene.pending->edits.mesh_index(mesh);
-  const auto found = scene.pending->meshes.find(mesh);
-  return found != scene.pending->meshes.end() ? found->second : scene.meshes.at(mesh);
-}
+constexpr std::uint32_t kNoMesh = 0xFFFFFFFF;  // number of no mesh; as an id it stands for the number
 
 /// Takes vertices that move into edits that change the structure.
 void take_vertices(SceneState& scene, PendingEdits& edits) {
@@ -133,8 +119,14 @@ void commit_structure(SceneState& scene, PendingEdits& edits) {
   for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
 }
 
-/// Makes `edits` true, which were the scene's: they are gone, whatever follows.
-void commit(SceneState& scene, PendingEdits& edits) {
+/// Returns true if the edits are of attributes alone.
+bool are_attributes(const PendingEdits& edits) {
+  return !edits.attributes.empty() && edits.meshes.empty() && edits.vertices.empty() && !edits.transforms_there &&
+         !edits.masks_there && !edits.edits.changes_instances();
+}
+
+/// Makes edits of meshes and instances true.
+void commit_scene(SceneState& scene, PendingEdits& edits) {
   separate_moved(scene, edits);
   const std::vector<std::uint32_t> masks = read_masks(edits);
   if (!masks.empty() && edits.edits.hides_or_shows(masks)) {
@@ -153,6 +145,12 @@ void commit(SceneState& scene, PendingEdits& edits) {
   scene.refits = scene.world->last_update().refitted ? scene.refits + 1 : 0;
 }
 
+/// Makes `edits` true, which were the scene's: they are gone, whatever follows.
+void commit(SceneState& scene, PendingEdits& edits) {
+  if (!are_attributes(edits)) commit_scene(scene, edits);
+  take_attributes(scene, edits);
+}
+
 /// Throws Error(Arguments) unless there is an instance for each number, and each is named once.
 void check_numbers(const SceneEdits& edits, std::span<const std::uint32_t> instances) {
   for (const std::uint32_t number : instances) edits.check_placement(number);
@@ -168,6 +166,22 @@ BallotMesh mesh_given(const BallotMesh* mesh, const char* call) {
 }
 
 }  // namespace
+
+PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene, bool beside) {
+  refuse_animated(scene, call);
+  if (!beside && scene.pending && scene.pending->transforms_there)
+    refuse(fmt::format("{}: instances are to move by an array on the device; commit that before", call));
+  const Scene& now = needs_scene ? scene.world->scene() : scene.world->scene_facts();
+  if (!scene.pending) scene.pending = std::make_unique<PendingEdits>(now, scene.next);
+  return *scene.pending;
+}
+
+const MeshState& mesh_of(const SceneState& scene, std::uint32_t mesh) {
+  scene.pending->edits.mesh_index(mesh);
+  const auto found = scene.pending->meshes.find(mesh);
+  return found != scene.pending->meshes.end() ? found->second : scene.meshes.at(mesh);
+}
+
 }  // namespace ballot::api
 
 using namespace ballot::api;
@@ -176,12 +190,14 @@ BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, u
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(number, "ballot_scene_add_mesh", "number");
     const BallotMesh m = mesh_given(mesh, "ballot_scene_add_mesh");
-    const MeshBuffers from(m);
+    const MeshBuffers from(m, "mesh");
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "adding a mesh");
     GivenMesh given = read_mesh(m, from, *state, "mesh");
-    const bool by_number = m.id == 0xFFFFFFFF;
-    *number = edits.edits.add_mesh(std::move(given.geometry), by_number ? std::nullopt : std::optional(m.id));
+    check_components(*state, kNoMesh, given.state.attributes, "mesh");
+    const bool by_number = m.id == kNoMesh;
+    *number = edits.edits.add_mesh(std::move(given.geometry), by_number ? std::nullopt : std::optional(m.id),
+                                   m.name ? std::optional<std::string>(m.name.text) : std::nullopt);
     edits.meshes.insert_or_assign(*number, std::move(given.state));
   });
 }
@@ -189,14 +205,17 @@ BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, u
 BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const BallotMesh* with) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     const BallotMesh m = mesh_given(with, "ballot_scene_replace_mesh");
-    const MeshBuffers from(m);
+    const std::string where = fmt::format("mesh {}", mesh);
+    const MeshBuffers from(m, where);
     MovingVertices gone;
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "replacing a mesh");
     edits.edits.mesh_index(mesh);
-    GivenMesh given = read_mesh(m, from, *state, fmt::format("mesh {}", mesh));
+    GivenMesh given = read_mesh(m, from, *state, where);
+    check_components(*state, mesh, given.state.attributes, where);
     edits.edits.replace_mesh(mesh, std::move(given.geometry));
     edits.meshes.insert_or_assign(mesh, std::move(given.state));
+    edits.attributes.erase(mesh);
     gone = edits.vertices.extract(mesh);
   });
 }
@@ -208,6 +227,7 @@ BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t mesh) {
     PendingEdits& edits = edits_of(*state, "removing a mesh");
     edits.edits.remove_mesh(mesh);
     edits.meshes.erase(mesh);
+    edits.attributes.erase(mesh);
     gone = edits.vertices.extract(mesh);
   });
 }
@@ -289,10 +309,14 @@ BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* ins
       return;
     }
     std::span<const ballot::Transform> all{reinterpret_cast<const ballot::Transform*>(transforms), count};
-    std::vector<ballot::Transform> gathered(bytes == sizeof(ballot::Transform) ? 0 : count);
-    for (std::size_t i = 0; i < gathered.size(); ++i) gathered[i] = at(i);
-    edits.edits.set_transforms(gathered.empty() ? all : gathered);
-    if (!gathered.empty()) edits.transforms = std::move(gathered);  // whose memory stays
+    if (bytes == sizeof(ballot::Transform)) {
+      edits.edits.set_transforms(all);
+      return;
+    }
+    std::vector<ballot::Transform> gathered;
+    for (std::size_t i = 0; i < count; ++i) gathered.push_back(at(i));
+    edits.edits.set_transforms(gathered);
+    edits.transforms = std::move(gathered);  // whose memory stays
   });
 }
 

@@ -145,7 +145,7 @@ void check_first(const BallotQuery& query) {
   if (query.last > 16) refuse(fmt::format("last is {}; expected 1 to 16, or 0 for none", query.last));
 }
 
-TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
+TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const WantedHits& to, const BallotQuery& query,
                            Watch& watch, std::uint64_t& hits) {
   check_first(query);
   const std::uint32_t most = hits_of_each(query);
@@ -155,14 +155,15 @@ TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const Ballot
   const RowOrder in_turn;
   CrossingCall call(scene, rays, query, in_turn);
   call.query().any = query.any != 0;
-  HitArrays out(to, scene, in_turn, rays.count() * most);
-  SumArrays sums(to, scene, rays, in_turn, most);
+  HitArrays out(to.columns, to.values, scene, in_turn, rays.count() * most, {&rays, most});
+  SumArrays sums(to.columns, scene, rays, in_turn, most);
   const auto take = [&](std::uint64_t first, std::span<const Hit> rows) {
     for (std::size_t i = 0; i < rows.size(); i += most) hits += rows[i].prim != NO_HIT;
     out.write(std::size_t(first) * most, rows);
     sums.add(std::size_t(first) * most, rows);
   };
-  const TraceTimes spent = scene.world->rays().first(call.source(watch, *scene.device->gpu), most, take, call.query());
+  TraceTimes spent = scene.world->rays().first(call.source(watch, *scene.device->gpu), most, take, call.query());
+  out.end(spent);
   sums.end();
   return spent;
 }

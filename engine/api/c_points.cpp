@@ -76,8 +76,9 @@ class NearestArrays {
   /// `by_sides`: the nearest points tell what is inside.
   NearestArrays(const BallotNearest& to, SceneState& scene, std::size_t count, bool by_sides)
       : to_(to),
-        hits_(hit_arrays(to), scene, RowOrder(), count),
-        any_(to.prims || to.mesh_ids || to.uvs || to.normals),
+        hits_(hit_arrays(to), read_values(to, "nearest"), scene, RowOrder(), count, {}),
+        any_(to.prims || to.mesh_ids || to.uvs || to.normals || to.materials || to.colors || to.shading_normals ||
+             to.value_count),
         by_sides_(by_sides && (to.signed_distances || to.inside)) {}
 
   bool wants_sides() const { return by_sides_; }
@@ -115,11 +116,14 @@ class NearestArrays {
     }
   }
   std::uint64_t found() const { return found_; }
+  /// Writes what the device makes of all answers, and adds what that takes.
+  void end(TraceTimes& times) { hits_.end(times); }
 
  private:
   static BallotHits hit_arrays(const BallotNearest& n) {
     auto hits = BALLOT_INIT(BallotHits);
     hits.prims = n.prims, hits.mesh_ids = n.mesh_ids, hits.uvs = n.uvs, hits.normals = n.normals;
+    hits.materials = n.materials, hits.colors = n.colors, hits.shading_normals = n.shading_normals;
     return hits;
   }
 
@@ -159,17 +163,21 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   if (out.wants_inside())
     spent.device_ms +=
         world.points().inside(stream_of<std::uint32_t>(points, make, out, watch, between, 1), how).device_ms;
+  out.end(spent);
   return clock.times(spent, out.found());
 }
+
+constexpr std::initializer_list<std::uint32_t> kOfSides{COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS};
+constexpr std::initializer_list<std::uint32_t> kOfNearest{
+    COLUMN_DISTANCES, COLUMN_PRIMS,  COLUMN_IDS,       COLUMN_UVS,    COLUMN_NORMALS,
+    COLUMN_POINTS,    COLUMN_SIGNED, COLUMN_MATERIALS, COLUMN_COLORS, COLUMN_SHADING_NORMALS};
 
 /// Answers points of an array on the device, part by part, so that what lies between kernels takes a bounded memory.
 TraceTimes query_arrays(SceneState& scene, const DevicePoints& points, const Outputs& outputs, PointQuery how) {
   const std::uint64_t count = points.count;
   PointQueries& queries = scene.world->points();
-  const bool signs = outputs.wants(COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS), inside = signs && !how.sides;
-  const bool near = outputs.nearest || how.sides ||
-                    outputs.wants(COLUMN_DISTANCES, COLUMN_PRIMS, COLUMN_IDS, COLUMN_UVS, COLUMN_NORMALS, COLUMN_POINTS,
-                                  COLUMN_SIGNED);
+  const bool signs = outputs.to.any_of(kOfSides), inside = signs && !how.sides;
+  const bool near = outputs.nearest || how.sides || !outputs.to.values.empty() || outputs.to.any_of(kOfNearest);
   how.sides = how.sides && signs;
   if (outputs.nearest && outputs.arrays.size() == 1) return queries.nearest(points, *outputs.nearest, how);
   Context& gpu = *scene.device->gpu;
@@ -232,10 +240,11 @@ BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points
     const Outputs to({outputs, output_count}, ballot::door::kNearestRows, *state, *from, count, kCall);
     const BallotQuery q = read_query(query, kPointArraysKind);
     ballot::PointQuery how = point_query(q);
-    const bool signs = to.wants(COLUMN_SIGNED, COLUMN_FLAGS, COLUMN_FLAG_WORDS);
+    const bool signs = to.to.any_of(kOfSides);
     for (std::size_t f = 0; f < FILTERS; ++f)
       if (const FilterArray array = filter_array(q, f); array.words && signs) refuse_filter(array.name);
     const DeviceUse device(*state->device);
+    to.check_held(*state);
     keep_fit(*state);
     const Watch watch(q, *state->device, "points");
     const Watched watched(watch);

@@ -54,11 +54,11 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     std::vector<ballot::Placement> placements;
     if (instances) placements = read_instances(read_struct(instances, "BallotInstances"));
     std::vector<MeshBuffers> from;
-    for (std::size_t i = 0; i < count; ++i) from.emplace_back(mesh_struct(meshes, i));
+    for (std::size_t i = 0; i < count; ++i) from.emplace_back(mesh_struct(meshes, i), fmt::format("mesh {}", i));
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
     std::optional<DeviceUse> use;
-    if (std::ranges::any_of(from, &MeshBuffers::operator bool)) use.emplace(*d);
+    if (std::ranges::any_of(from, &MeshBuffers::needs_device)) use.emplace(*d);
     GivenScene made = read_meshes(meshes, from, *state);
     finish(made, std::move(placements), instances != nullptr, layout_of(o));
     if (!use) use.emplace(*d);
@@ -132,8 +132,27 @@ BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo*
     i.id = all.mesh_labels[place].id;
     i.mesh = all.mesh_labels[place].number;
     i.first = all.first[place], i.triangles = all.triangles_of(place);
+    i.attributes = static_cast<std::uint32_t>(state->meshes.at(i.mesh).attributes.size());
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     write_struct(info, i, "BallotMeshInfo");
+  });
+}
+
+BallotStatus ballot_scene_find_meshes(BallotScene* scene, const char* name, uint32_t* meshes, size_t room,
+                                      size_t* count) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(name, "ballot_scene_find_meshes", "name");
+    if (room) need(meshes, "ballot_scene_find_meshes", "meshes");
+    need(count, "ballot_scene_find_meshes", "count");
+    const DeviceHold hold(*state->device);
+    const ballot::SceneInstances& all = state->world->scene_facts().instances;
+    std::size_t found = 0;
+    for (std::size_t m = 0; m < all.meshes(); ++m) {
+      if (all.mesh_name(m) != name) continue;
+      if (found < room) meshes[found] = all.mesh_labels[m].number;
+      ++found;
+    }
+    *count = found;
   });
 }
 

@@ -10,6 +10,7 @@ namespace {
 struct Call {
   RayArray rays;
   BallotHits hits;
+  std::vector<WantedValues> values;
   BallotQuery query;
   Watch watch;
 };
@@ -18,14 +19,15 @@ Call read_call(const SceneState& scene, const BallotRays* rays, const BallotHits
   need(rays, "ballot_trace", "rays");
   need(hits, "ballot_trace", "hits");
   const BallotQuery q = read_query(query, kHitsKind);
-  return {RayArray(read_struct(rays, "BallotRays")), read_struct(hits, "BallotHits"), q, Watch(q, *scene.device)};
+  const BallotHits to = read_struct(hits, "BallotHits");
+  return {RayArray(read_struct(rays, "BallotRays")), to, read_values(to, "hits"), q, Watch(q, *scene.device)};
 }
 
 /// Hits by the methods of `ballot methods`.
 BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
   const Clock clock;
   const RowOrder order = RowOrder::find(call.rays);
-  HitArrays out(call.hits, scene, order, call.rays.count());
+  HitArrays out(call.hits, call.values, scene, order, call.rays.count(), {&call.rays});
   SumArrays sums(call.hits, scene, call.rays, order, 1);
   RayStream stream{
       .most = call.rays.count(),
@@ -50,7 +52,8 @@ BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
   Tracer& tracer = scene.world->tracer();
   const Query query = hit_query(call.query);
   tracer.variant(query);  // unknown names are an error even without rays
-  const TraceTimes spent = tracer.trace(stream, query);
+  TraceTimes spent = tracer.trace(stream, query);
+  out.end(spent);
   sums.end();
   return clock.times(spent, out.hits());
 }
@@ -62,7 +65,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
   if (!call.rays.filters() && !asks_for_crossings(call.query)) return trace_by_method(scene, call, watch);
   const Clock clock;
   std::uint64_t hits = 0;
-  const TraceTimes spent = first_crossings(scene, call.rays, call.hits, call.query, watch, hits);
+  const TraceTimes spent = first_crossings(scene, call.rays, {call.hits, call.values}, call.query, watch, hits);
   return clock.times(spent, hits);
 }
 

@@ -5,9 +5,14 @@
 
 namespace ballot::api {
 
+/// Where the columns of hits go, and the values of attributes.
+struct WantedHits {
+  const BallotHits& columns;
+  std::span<const WantedValues> values;
+};
 /// Finds the first or last crossings of each ray, hits_of_each(), and writes them to `to`, filled up with misses. Adds
 /// the rays that hit to `hits`. Throws Refused if an option does not fit. The device's mutex is held.
-TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const BallotHits& to, const BallotQuery& query,
+TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const WantedHits& to, const BallotQuery& query,
                            Watch& watch, std::uint64_t& hits);
 
 /// The same for rays on the device, whose hits go to the array `hits`.

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 
+#include "engine/api/mesh_attributes.h"
 #include "engine/api/mesh_shapes.h"
 #include "engine/core/parallel.h"
 
@@ -109,6 +110,7 @@ MeshSource read_vertices(const BallotMesh& m, const MeshBuffers& from, const Sce
 MeshSource read_source(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene,
                        const std::string& where) {
   MeshSource mesh = read_vertices(m, from, scene, where);
+  mesh.state.attributes = read_attributes(m, from.attributes, mesh.state, scene, where);
   if (mesh.state.kind == ShapeKind::Triangles) return mesh;
   mesh.state.radii = read_radii(m, where);
   mesh.shapes = shapes_at(mesh.state, mesh.positions->all, where);
@@ -162,20 +164,53 @@ void gather_shapes(std::span<const MeshSource> meshes, const SceneInstances& all
   }
 }
 
-/// Gives the triangles of meshes without normals their own, where other meshes have some.
+/// Gives the triangles of meshes without normals their own, where other meshes have some. Shapes keep none.
 void fill_normals(Scene& scene) {
   if (scene.normals.empty()) return;
   scene.normals.resize(scene.triangles.size());
-  for (std::size_t i = 0; i < scene.triangles.size(); ++i)
-    for (glm::vec3& n : scene.normals[i])
-      if (n == glm::vec3(0)) n = geometric_normal(scene.triangles[i]);
+  for (std::size_t m = 0; m < scene.instances.meshes(); ++m) {
+    if (scene.instances.mesh_labels[m].kind != ShapeKind::Triangles) continue;
+    for (std::size_t i = scene.instances.first[m]; i < scene.instances.first[m + 1]; ++i)
+      for (glm::vec3& n : scene.normals[i])
+        if (n == glm::vec3(0)) n = geometric_normal(scene.triangles[i]);
+  }
+}
+
+/// Checks that attributes of one name have as many components in all meshes.
+void check_together(std::span<const MeshSource> meshes) {
+  std::map<std::string_view, std::pair<std::uint32_t, std::size_t>> seen;  // components, and in which mesh
+  for (std::size_t i = 0; i < meshes.size(); ++i)
+    for (const MeshAttribute& a : meshes[i].state.attributes) {
+      const auto& [components, first] = seen.try_emplace(a.name, a.components, i).first->second;
+      if (components != a.components)
+        refuse(fmt::format("mesh {}, attribute '{}': it has {} components, but {} in mesh {}; expected as many", i,
+                           a.name, a.components, components, first));
+    }
+}
+
+/// Names the meshes of a scene if one of them has a name.
+void name_meshes(const BallotMesh* meshes, SceneInstances& all) {
+  const std::size_t count = all.meshes();
+  bool any = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const BallotMesh m = mesh_struct(meshes, i);
+    any = any || m.name.text;
+    all.mesh_labels[i].name = static_cast<std::uint32_t>(i);
+    all.names.push_back(m.name ? m.name.text : count == 1 ? std::string("scene") : fmt::format("mesh {}", i));
+  }
+  if (!any) all.names.clear();
 }
 
 }  // namespace
 
-MeshBuffers::MeshBuffers(const BallotMesh& m) {
+MeshBuffers::MeshBuffers(const BallotMesh& m, const std::string& where) {
   if (m.vertex_buffer) vertices = use(m.vertex_buffer);
   if (m.index_buffer) indices = use(m.index_buffer);
+  check_attribute_count(m, where);
+  for (std::size_t i = 0; i < m.attribute_count; ++i) {
+    const BallotAttribute a = attribute_struct(m, i);
+    attributes.push_back(a.buffer ? use(a.buffer) : nullptr);
+  }
 }
 
 DenseVertices::DenseVertices(const float* from, std::size_t stride, std::size_t count) {
@@ -244,6 +279,8 @@ GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> fr
     check_triangle_count(count, where);
   }
   all.first.push_back(count);
+  check_together(sources);
+  name_meshes(meshes, all);
   given.scene.triangles.resize(count);
   gather_normals(sources, all, given.scene);
   gather_shapes(sources, all, given.scene);

@@ -25,13 +25,18 @@ struct DenseVertices {
 /// The arrays on the device that a caller's mesh names; null: it has none. They go once the call has let go of the
 /// device: the last reference to an array takes the device to destroy it.
 struct MeshBuffers {
-  explicit MeshBuffers(const BallotMesh& m);
+  /// `where` begins the text of errors.
+  MeshBuffers(const BallotMesh& m, const std::string& where);
   std::shared_ptr<BufferState> vertices, indices;
+  std::vector<std::shared_ptr<BufferState>> attributes;  // of each attribute
+  /// Returns true if the device makes the triangles.
   explicit operator bool() const { return vertices || indices; }
+  /// Returns true if the device has to be held to read the mesh.
+  bool needs_device() const { return *this || !attributes.empty(); }
 };
 
-/// Checks a mesh and reads its triangles. Of arrays on the device they are made there and read back; the device is held
-/// then. Throws Refused, which begins with `where`.
+/// Checks a mesh and reads its triangles and attributes. Triangles of arrays on the device are made there and read
+/// back. The device is held. Throws Refused, which begins with `where`.
 struct GivenMesh {
   MeshState state;
   MeshGeometry geometry;
@@ -50,8 +55,8 @@ struct GivenScene {
   Scene scene;
   std::shared_ptr<TrianglesThere> there;
 };
-/// Checks meshes and returns a scene of them. Writes their states by number. The device is held if there are arrays on
-/// it: `from` has those of each mesh. Throws Refused, which names the mesh.
+/// Checks meshes and returns a scene of them. Writes their states by number. The device is held if one of them needs
+/// it: `from` has the arrays of each mesh there. Throws Refused, which names the mesh.
 GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> from, SceneState& scene);
 
 /// Has the host have the triangles as well.

@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/answer/attributes.h"
 #include "engine/api/ballot_c.h"
 #include "engine/api/cuda_memory.h"
 #include "engine/api/handles.h"
@@ -108,6 +109,7 @@ struct MeshState {
   ShapeKind kind = ShapeKind::Triangles;
   std::vector<float> radii = {};  // these two of each vertex, where its shapes have them
   std::vector<glm::vec3> normals = {};
+  std::vector<MeshAttribute> attributes = {};  // on the device, as indices_there
 };
 
 /// Edits that wait for a commit.
@@ -119,10 +121,13 @@ struct PendingEdits {
     std::optional<DeviceVertices> there = {};
   };
   PendingEdits(const Scene& scene, SceneNumbers& next) : edits(scene, next) {}
+  /// Lets go of what meshes have on the device, which is held.
+  void let_go() { meshes.clear(), attributes.clear(); }
 
   SceneEdits edits;
-  std::map<std::uint32_t, MeshState> meshes;   // that are added, or have other triangles, by number
-  std::map<std::uint32_t, Vertices> vertices;  // that move, by number
+  std::map<std::uint32_t, MeshState> meshes;                       // that are added, or have other triangles, by number
+  std::map<std::uint32_t, Vertices> vertices;                      // that move, by number
+  std::map<std::uint32_t, std::vector<MeshAttribute>> attributes;  // that meshes of the scene get, by number
   std::vector<Transform> transforms;  // of all instances, if they do not lie side by side in the caller's memory
   /// Of all instances, on the device. Beside transforms no other edits of meshes and instances.
   std::shared_ptr<const RawBuffer> transforms_there = {}, masks_there = {};
@@ -140,6 +145,7 @@ struct AnswersThere {
       : columns(gpu, places.prim_table()), sums(gpu, places.sum_table()) {}
   ColumnWriter columns;
   SumWriter sums;
+  std::unique_ptr<ValueWriter> values;  // made on first use; none once meshes have other attributes
   std::unique_ptr<Buffer<Hit>> hits;
   std::unique_ptr<Buffer<ProbePoint>> points;  // these of a part of the points
   std::array<std::unique_ptr<Buffer<std::uint32_t>>, FILTERS> words;
@@ -153,7 +159,7 @@ struct SceneState {
     there.reset();
     world.reset();
     meshes.clear();
-    if (pending) pending->meshes.clear();
+    if (pending) pending->let_go();
   }
   /// Takes a finished scene and the options of its engine.
   void open(Scene scene, const DeviceSceneOptions& options, const Progress& progress);
@@ -211,7 +217,7 @@ struct BufferState {
   std::size_t records = 0, record_bytes = 0;
   std::variant<std::monostate, Buffer<Ray>, Buffer<Hit>, Buffer<ProbePoint>, Buffer<Nearest>, Buffer<float>,
                Buffer<std::uint32_t>, Buffer<glm::vec3>, Buffer<glm::vec2>, Buffer<std::uint8_t>, Buffer<Transform>,
-               Buffer<std::int64_t>, Buffer<double>>
+               Buffer<std::int64_t>, Buffer<double>, Buffer<glm::vec4>>
       array;
   std::unique_ptr<CudaMemory> cuda;
   LastError error;

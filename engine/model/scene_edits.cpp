@@ -86,13 +86,14 @@ SceneEdits::Place& SceneEdits::place_at(std::uint32_t placement) {
   return places_.at(placement);
 }
 
-std::uint32_t SceneEdits::add_mesh(MeshGeometry mesh, std::optional<std::uint32_t> id) {
+std::uint32_t SceneEdits::add_mesh(MeshGeometry mesh, std::optional<std::uint32_t> id,
+                                   std::optional<std::string> name) {
   open();
   if (next_.mesh > kLastNumber)
     fail(Failure::Arguments, "mesh: the scene has had {} meshes; make a new one", next_.mesh);
   const std::uint32_t number = next_.mesh++;
   MeshLabel label{.name = static_cast<std::uint32_t>(names_.size()), .id = id.value_or(number), .number = number};
-  names_.push_back(fmt::format("mesh {}", number));
+  names_.push_back(name ? std::move(*name) : fmt::format("mesh {}", number));
   label.kind = mesh.kind;
   meshes_.emplace(number, Mesh{label, {}, std::move(mesh)});
   return number;
@@ -181,6 +182,10 @@ std::optional<std::uint32_t> SceneEdits::mesh_index(std::uint32_t mesh) const {
   const auto found = meshes_.find(mesh);
   if (found == meshes_.end()) refuse_mesh(mesh);
   return found->second.made && !found->second.moved ? std::nullopt : found->second.before;
+}
+
+bool SceneEdits::has_mesh(std::uint32_t mesh) const {
+  return opened_ ? meshes_.contains(mesh) : index_of(scene_.instances.mesh_labels, mesh).has_value();
 }
 
 void SceneEdits::check_placement(std::uint32_t placement) const {
@@ -276,7 +281,8 @@ void SceneEdits::gather(SceneStructure& to) {
         mesh.made ? std::span<const Triangle>(mesh.made->triangles) : std::span(scene_.triangles).subspan(begin, size);
     copy_parallel(triangles, std::span(to.triangles).subspan(first, size));
     const auto flat = [&](std::size_t i) {
-      const glm::vec3 n = geometric_normal(triangles[i]);
+      const bool is_shape = mesh.label.kind != ShapeKind::Triangles;  // which has none
+      const glm::vec3 n = is_shape ? glm::vec3(0) : geometric_normal(triangles[i]);
       return std::array{n, n, n};
     };
     const auto given = mesh.made && !mesh.moved ? std::span<const std::array<glm::vec3, 3>>(mesh.made->normals)

@@ -46,8 +46,9 @@ class SceneEdits {
   /// gone even if the edits are dropped.
   SceneEdits(const Scene& scene, SceneNumbers& next) : scene_(scene), next_(next) {}
 
-  /// Adds a mesh, which is placed nowhere yet, and returns its number. Without an id that is its id.
-  std::uint32_t add_mesh(MeshGeometry mesh, std::optional<std::uint32_t> id);
+  /// Adds a mesh, which is placed nowhere yet, and returns its number. Without an id that is its id, without a name its
+  /// name is "mesh N".
+  std::uint32_t add_mesh(MeshGeometry mesh, std::optional<std::uint32_t> id, std::optional<std::string> name);
   /// Gives a mesh other triangles, any number of them. It keeps its placements, name and id.
   void replace_mesh(std::uint32_t mesh, MeshGeometry with);
   /// Gives a mesh as many other triangles, or as many other shapes and what stands in for them. It keeps all else.
@@ -72,8 +73,9 @@ class SceneEdits {
   void set_transforms(std::span<const Transform> transforms);
 
   /// Return the index that a mesh of this number has in the scene: none for one that an edit adds or gives other
-  /// triangles. Throw Error(Arguments) if there is no such mesh, or placement.
+  /// triangles. Throw Error(Arguments) if there is no such mesh, as has_mesh() tells, or placement.
   std::optional<std::uint32_t> mesh_index(std::uint32_t mesh) const;
+  bool has_mesh(std::uint32_t mesh) const;
   void check_placement(std::uint32_t placement) const;
   std::size_t placement_count() const;
 

@@ -130,6 +130,7 @@ void DeviceScene::drop_renderers() {
   live_.reset();
   near_zero_.reset();
   batches_.reset();
+  surface_columns_.reset();
   renderer_.reset();
 }
 
@@ -184,6 +185,11 @@ RayQueries& DeviceScene::rays() {
     alpha = {look_defines(alpha_features(features_), true), [this](Kernel& kernel) { scene_data_->bind(kernel); }};
   rays_ = std::make_unique<RayQueries>(*gpu_, tracer_->tree(), std::move(alpha));
   return *rays_;
+}
+
+SurfaceColumns& DeviceScene::surface_columns() {
+  if (!surface_columns_) surface_columns_ = std::make_unique<SurfaceColumns>(*gpu_, *scene_data_);
+  return *surface_columns_;
 }
 
 namespace {

@@ -56,6 +56,7 @@
 #include "engine/render/batch/check.h"
 #include "engine/render/batch/origins.h"
 #include "engine/render/batch/ray_kinds.h"
+#include "engine/render/data/surface_columns.h"
 #include "engine/render/film/film.h"
 #include "engine/render/film/film_file.h"
 #include "engine/render/film/renderer.h"
@@ -143,10 +144,11 @@ class DeviceScene {
   const StartTimes& start_times() const { return times_; }
   Tracer& tracer() { return *tracer_; }
   const Tracer& tracer() const { return *tracer_; }
-  /// Return what answers point queries, and ray queries for more than one hit, on this scene. Made on first use. They
-  /// last until the scene gets other triangles, or other meshes.
+  /// Return what answers point queries, ray queries for more than one hit, and columns of surfaces. Made on first use.
+  /// They last until the scene gets other triangles, or other meshes.
   PointQueries& points();
   RayQueries& rays();
+  SurfaceColumns& surface_columns();
   /// Returns a user's kernel over this scene, made on first use. It lasts until the scene gets other meshes, or
   /// drop_kernel(). `text` must stay where it is until then. Throws as UserKernel does.
   UserKernel& kernel(const UserText& text);
@@ -270,8 +272,7 @@ class DeviceScene {
     return batches_->make(std::move(name), rays, want);
   }
 
-  /// Returns the concrete query that runs on a batch: `want` is the batch's, and method auto becomes the method that it
-  /// chooses.
+  /// Returns the query that runs on a batch: `want` is the batch's, and method auto becomes the one that it chooses.
   Query resolve(const RayBatch& batch, Query query) { return batches_->resolve(batch, std::move(query)); }
 
   /// Traces a batch; its hits stay on the device. query.want is taken from the batch. Throws as trace() above does.
@@ -302,13 +303,11 @@ class DeviceScene {
   std::unique_ptr<Presenter> make_presenter();
 
   /// Compiles the kernels of traversal, render() and live() anew from the shader folder when they are used next. If a
-  /// kernel fails to compile, the old one stays in use and shader_error() has the compiler's message; else that is
-  /// empty.
+  /// kernel fails to compile, the old one stays in use and shader_error() has the compiler's message, else none.
   void reload_shaders() { gpu_->reload_shaders(); }
   const std::string& shader_error() const { return gpu_->shader_error(); }
 
-  /// Returns the reports of the validation layers since the device was opened; none unless DeviceSceneOptions::validate
-  /// is set.
+  /// Returns the reports of the validation layers so far; none unless DeviceSceneOptions::validate is set.
   const std::vector<std::string>& messages() const { return gpu_->messages(); }
 
  private:
@@ -378,7 +377,8 @@ class DeviceScene {
   std::unique_ptr<SceneData> scene_data_;
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<Batches> batches_;
-  std::unique_ptr<PointQueries> points_;  // made on first use
+  std::unique_ptr<SurfaceColumns> surface_columns_;  // made on first use
+  std::unique_ptr<PointQueries> points_;             // made on first use
   std::unique_ptr<RayQueries> rays_;
   std::map<const UserText*, std::pair<bool, UserKernel>> kernels_;  // first: SceneFeatures::stored when it was made
   std::unique_ptr<Topology> topology_;

@@ -9,27 +9,17 @@
 // BALLOT_PARITY   of points: 1: BIND_CROSSINGS tells which are inside, 0: Nearest::behind does
 // BALLOT_RANGES   1: ids belong to ranges of triangles, 0: to placements
 // BALLOT_MOVED    1: triangles are those of instances
+// BALLOT_SHAPES   1: some of these are shapes, 0: none is, or the columns do not ask
 // One invocation a record, without divergence but in searches. Numbers are copied as words, since devices may flush
 // denormal floats.
 #include "../shared/query.h"
 
 #define WANTS(column) ((BALLOT_COLUMNS >> column & 1) == 1)
-#define OUT(column) layout(set = 0, binding = BIND_COLUMNS + column, scalar)
 
 layout(local_size_x = COLUMNS_GROUP) in;
 layout(push_constant, scalar) uniform Push { ColumnsPush push; };
 
-struct Record {
-  uint prim, distance;
-  uvec2 uv;
-};
-#if BALLOT_POINTS
-layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Found { uvec4 found[]; };  // two a record: Nearest
-Record record_of(uint i) { return Record(found[2u * i + 1u].x, found[2u * i].w, found[2u * i + 1u].yz); }
-#else
-layout(set = 0, binding = BIND_HITS, scalar) readonly buffer Found { uvec4 found[]; };  // Hit
-Record record_of(uint i) { return Record(found[i].y, found[i].y != NO_HIT ? found[i].x : 0x7F800000u, found[i].zw); }
-#endif
+#include "../lib/query/answers.glsl"
 
 #if !BALLOT_POINTS
 bool is_set(uint i) { return found[i].y != NO_HIT; }
@@ -70,21 +60,15 @@ OUT(COLUMN_POINTS) writeonly buffer Points { uvec3 points[]; };
 #if WANTS(COLUMN_SIGNED)
 OUT(COLUMN_SIGNED) writeonly buffer Signed { uint signed_distances[]; };
 #endif
-
-// Defines NAME(begin, count, number): the last of `count` rising numbers of `table` from `begin` on that is not above
-// `number`. The first is not.
-#define SEARCH(NAME, table)                         \
-  uint NAME(uint begin, uint count, uint number) {  \
-    uint low = 0u, high = count;                    \
-    while (high - low > 1u) {                       \
-      uint middle = (low + high) / 2u;              \
-      if (table[begin + middle] <= number)          \
-        low = middle;                               \
-      else                                          \
-        high = middle;                              \
-    }                                               \
-    return low;                                     \
-  }
+#if WANTS(COLUMN_POSITIONS)
+OUT(COLUMN_POSITIONS) writeonly buffer Positions { uvec3 positions[]; };
+#endif
+#if WANTS(COLUMN_FRONT)
+OUT(COLUMN_FRONT) buffer Fronts { uint fronts[]; };
+#endif
+#if WANTS(COLUMN_FRONT_WORDS)
+OUT(COLUMN_FRONT_WORDS) writeonly buffer FrontWords { uint front_words[]; };
+#endif
 
 #if WANTS(COLUMN_PRIMS) || WANTS(COLUMN_IDS) || WANTS(COLUMN_INSTANCES)
 layout(set = 0, binding = BIND_PRIM_TABLE, scalar) readonly buffer PrimTable { uint prim_table[]; };
@@ -114,7 +98,8 @@ void write_places(uint prim, uint to) {
 }
 #endif
 
-#if WANTS(COLUMN_NORMALS)
+#define OF_SIDES (WANTS(COLUMN_FRONT) || WANTS(COLUMN_FRONT_WORDS))
+#if WANTS(COLUMN_NORMALS) || WANTS(COLUMN_POSITIONS) || OF_SIDES
 #include "../lib/query/unit_normal.glsl"
 layout(set = 0, binding = BIND_CORNERS, scalar) readonly buffer Corners { vec3 corners[]; };
 #if BALLOT_MOVED
@@ -158,30 +143,93 @@ uvec3 shape_normal(uint at, uvec2 uv) {
 }
 #endif
 
-uvec3 normal_of(uint prim, uvec2 uv) {
-  if (prim == NO_HIT) return uvec3(0u);
+// What a hit is on: the vertices of a triangle where it lies in the world, or a shape.
+struct Met {
+  vec3 a, b, c;
+  bool shape;
+  uint matrix;  // of the instance: its first word
+};
+Met met(uint prim) {
 #if BALLOT_MOVED
   uint tree = find_tree(0u, push.instances, prim), at = push.instances + (CORNER_WORDS - 1u) * tree;
-  if (corner_table[at] == NO_HIT) return shape_normal(at + 1u, uv);
+  if (corner_table[at] == NO_HIT) return Met(vec3(0.0), vec3(0.0), vec3(0.0), true, at + 1u);
   uint first = 3u * (prim - corner_table[tree] + corner_table[at]);
-  return unit_normal(moved(at + 1u, corners[first]), moved(at + 1u, corners[first + 1u]),
-                     moved(at + 1u, corners[first + 2u]));
+  return Met(moved(at + 1u, corners[first]), moved(at + 1u, corners[first + 1u]), moved(at + 1u, corners[first + 2u]),
+             false, at + 1u);
 #else
-  return unit_normal(corners[3u * prim], corners[3u * prim + 1u], corners[3u * prim + 2u]);
+  return Met(corners[3u * prim], corners[3u * prim + 1u], corners[3u * prim + 2u], false, 0u);
 #endif
+}
+
+#if WANTS(COLUMN_NORMALS) || BALLOT_SHAPES
+uvec3 normal_of(Met on, uvec2 uv) {
+#if BALLOT_MOVED
+  if (on.shape) return shape_normal(on.matrix, uv);
+#endif
+  return unit_normal(on.a, on.b, on.c);
 }
 #endif
 
-#if WANTS(COLUMN_FLAGS)
-// Writes those of up to four records as the word that they share.
-void write_flags(uint i) {
-  uint word = 0u, mask = 0u, at = (push.to + i) / 4u;
-  for (uint k = 0u; k < min(push.records - i, 4u); ++k) {
-    mask |= 0xFFu << 8u * k;
-    word |= uint(is_set(push.from + i + k)) << 8u * k;
+#if OF_SIDES || BALLOT_SHAPES
+layout(set = 0, binding = BIND_RAYS, scalar) readonly buffer Rays { Ray rays[]; };
+#endif
+
+#if WANTS(COLUMN_POSITIONS)
+// Returns where a hit is, with the bits of position_of() of engine/api/hit_geometry.cpp.
+uvec3 position_of(Met on, Record record, uint ray) {
+#if BALLOT_SHAPES
+  if (on.shape) {
+    double t = widen(uintBitsToFloat(record.distance));
+    dvec3 origin = widen(rays[ray].origin), dir = widen(rays[ray].dir);
+    precise dvec3 along = origin + t * dir;
+    return floatBitsToUint(vec3(narrow(along.x), narrow(along.y), narrow(along.z)));
   }
-  flags[at] = mask == ~0u ? word : (flags[at] & ~mask) | word;
+#endif
+  double u = widen(uintBitsToFloat(record.uv.x)), v = widen(uintBitsToFloat(record.uv.y));
+  dvec3 a = widen(on.a), b = widen(on.b), c = widen(on.c);
+  precise dvec3 to = a + (u * (b - a) + v * (c - a));
+  return floatBitsToUint(vec3(narrow(to.x), narrow(to.y), narrow(to.z)));
 }
+#endif
+
+#if OF_SIDES
+// Returns whether a ray meets the front, as is_front() of engine/api/hit_geometry.cpp finds it.
+bool is_front(Met on, Record record, uint ray) {
+  dvec3 n;
+#if BALLOT_SHAPES
+  if (on.shape)
+    n = widen(uintBitsToFloat(normal_of(on, record.uv)));
+  else
+#endif
+    n = area_vector(on.a, on.b, on.c);
+  dvec3 d = widen(rays[ray].dir);
+  precise double side = n.x * d.x + n.y * d.y + n.z * d.z;
+  return side < 0.0lf;
+}
+
+// The same for the hit of a record, which may be a miss.
+bool meets_front(uint i) {
+  Record record = record_of(i);
+  return record.prim != NO_HIT && is_front(met(record.prim), record, i / push.row);
+}
+#endif
+#endif
+
+// Defines NAME(i), which writes those of up to four records as the word that they share.
+#define WRITE_BYTES(NAME, bytes, of)                            \
+  void NAME(uint i) {                                           \
+    uint word = 0u, mask = 0u, at = (push.to + i) / 4u;         \
+    for (uint k = 0u; k < min(push.records - i, 4u); ++k) {     \
+      mask |= 0xFFu << 8u * k;                                  \
+      word |= uint(of(push.from + i + k)) << 8u * k;            \
+    }                                                           \
+    bytes[at] = mask == ~0u ? word : (bytes[at] & ~mask) | word; \
+  }
+#if WANTS(COLUMN_FLAGS)
+WRITE_BYTES(write_flags, flags, is_set)
+#endif
+#if WANTS(COLUMN_FRONT)
+WRITE_BYTES(write_fronts, fronts, meets_front)
 #endif
 
 void main() {
@@ -199,7 +247,16 @@ void main() {
   uvs[to] = record.uv;
 #endif
 #if WANTS(COLUMN_NORMALS)
-  normals[to] = normal_of(record.prim, record.uv);
+  normals[to] = record.prim == NO_HIT ? uvec3(0u) : normal_of(met(record.prim), record.uv);
+#endif
+#if WANTS(COLUMN_POSITIONS)
+  positions[to] = record.prim == NO_HIT ? uvec3(0u) : position_of(met(record.prim), record, from / push.row);
+#endif
+#if WANTS(COLUMN_FRONT)
+  if (i % 4u == 0u) write_fronts(i);
+#endif
+#if WANTS(COLUMN_FRONT_WORDS)
+  front_words[to] = uint(meets_front(from));
 #endif
 #if WANTS(COLUMN_FLAGS)
   if (i % 4u == 0u) write_flags(i);

@@ -28,11 +28,14 @@
 #define BIND_NEIGHBOUR_KEYS 34   // a word a point
 #define BIND_SORTED 35           // IndirectArgs, whose count is that of the points if all are sorted, else 0
 
-// shaders/query/columns.comp.
+// shaders/query/columns.comp, surfaces.comp and values.comp.
 #define BIND_PRIM_TABLE 26    // in: placements and ids of triangles (engine/answer/columns.h)
 #define BIND_CORNERS 27       // in: the corners of the triangles of all trees
 #define BIND_CORNER_TABLE 28  // in: of each instance of a tree its first triangle, then where its corners are
 #define BIND_COLUMNS 48       // out: the first of the columns
+#define BIND_VALUE_TABLE 29    // in: where the values of an attribute are (engine/answer/attributes.h)
+#define BIND_VALUES 30         // in: the values of an attribute, those of all meshes
+#define BIND_VALUE_CORNERS 31  // in: the vertices of triangles, those of meshes with values of vertices
 
 // shaders/query/sums.comp, beside BIND_PRIM_TABLE.
 #define BIND_SUMS 48       // out: two words each
@@ -124,7 +127,15 @@
 #define COLUMN_INSTANCES 7   // uint
 #define COLUMN_POINTS 8      // 3 float: the nearest point
 #define COLUMN_SIGNED 9      // float: distances, negative inside
-#define COLUMNS 10
+#define COLUMN_POSITIONS 10  // 3 float; this and those below of hits alone
+#define COLUMN_FRONT 11      // byte: whether a ray meets the front
+#define COLUMN_FRONT_WORDS 12  // uint: the same
+#define COLUMNS 13
+// Those of shaders/query/surfaces.comp follow.
+#define COLUMN_MATERIALS 13        // uint
+#define COLUMN_COLORS 14           // 4 float
+#define COLUMN_SHADING_NORMALS 15  // 3 float; in: the normals of the triangles
+#define ALL_COLUMNS 16
 
 // The words of BIND_PRIM_TABLE: for each placement its first triangle, of all; their numbers; their ids; and what is
 // added to a triangle's number for the ranges, which follow if ids are theirs: their first triangles, then their ids.
@@ -132,6 +143,16 @@
 // The words of BIND_CORNER_TABLE: for each instance its first triangle, of all; then for each where the triangles of
 // its tree begin in BIND_CORNERS, NO_HIT for shapes, and the rows of its matrix, with the translation.
 #define CORNER_WORDS 14u
+
+// The words of BIND_VALUE_TABLE: for each placement its first triangle, of all; then its mesh; then for each attribute
+// and mesh VALUE_WORDS: VALUES_..., where its values begin in BIND_VALUES, and where its corners begin in
+// BIND_VALUE_CORNERS, NO_HIT if vertices come in turn.
+#define VALUE_WORDS 3u
+#define VALUES_NONE 0u
+#define VALUES_OF_VERTICES 1u     // interpolated
+#define VALUES_OF_NEAR_VERTEX 2u  // the vertex of the largest weight
+#define VALUES_OF_PRIMS 3u
+#define VALUES_OF_MESH 4u
 
 // shaders/query/sums.comp: the lanes of a workgroup, the values of BALLOT_SUMS, and the dispatches.
 #define SUMS_GROUP 128u
@@ -257,8 +278,23 @@ struct ColumnsPush {
   uint to;    // place of the first answer, a multiple of 4
   uint placements, ranges;
   uint instances;  // of trees
+  uint row;        // hits of a ray
 };
-BALLOT_RECORD(ColumnsPush, 24);
+BALLOT_RECORD(ColumnsPush, 28);
+
+// Push constants of surfaces.comp.
+struct SurfacesPush {
+  uint records, from, to;  // as of ColumnsPush
+};
+BALLOT_RECORD(SurfacesPush, 12);
+
+// Push constants of values.comp.
+struct ValuesPush {
+  uint records, from, to;  // as of ColumnsPush
+  uint placements;
+  uint table;  // where the attribute's words begin in BIND_VALUE_TABLE
+};
+BALLOT_RECORD(ValuesPush, 20);
 
 // Push constants of sums.comp.
 struct SumsPush {

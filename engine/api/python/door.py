@@ -211,7 +211,7 @@ def python(door: Door) -> str:
     texts = {f"{kind}_options": table([(r.name, text_of(r)) for r in rows]
                                       + (list(FILTERS.items()) if kind in KINDS[:3] else []))
              for kind, rows in of.items()}  # fmt: skip
-    shapes = {1: "(...)", 2: "(..., 2)", 3: "(..., 3)"}
+    shapes = {1: "(...)", 2: "(..., 2)", 3: "(..., 3)", 4: "(..., 4)"}
     for struct, name in (("BallotHits", "hit_columns"), ("BallotNearest", "point_columns")):
         texts[name] = table([(f'"{r.name}"', f"{shapes[r.count]} {number[r.type][3:].rstrip('_')}: {text_of(r)}")
                              for r in door.rows[struct] if r.type in number])  # fmt: skip

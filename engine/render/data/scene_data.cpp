@@ -35,12 +35,12 @@ std::vector<glm::uvec4> instance_texels(const Scene& scene) {
   const TreeLayout all = tree_layout(scene);
   std::vector<glm::uvec4> texels(PLACED_TEXELS);
   texels[0].x = std::uint32_t(all.placements.size());
-  std::uint32_t first = 0;
-  for (const Placement& p : all.placements) {
+  for (std::size_t i = 0; i < all.placements.size(); ++i) {
+    const Placement& p = all.placements[i];
+    const std::uint32_t first = all.prims[i];
     const auto spread = std::bit_cast<std::uint32_t>(std::nextafter(float(spread_of(p.transform)), INFINITY));
     texels.push_back({first, std::uint32_t(all.first[p.mesh]) - first, spread, 0});
     for (const auto& row : p.transform.m) texels.push_back(std::bit_cast<glm::uvec4>(row));
-    first += std::uint32_t(all.first[p.mesh + 1] - all.first[p.mesh]);
   }
   return texels;
 }

@@ -35,8 +35,8 @@ uvec3 unit_bits(dvec3 n) {
   return uvec3(narrow_bits(unit.x), narrow_bits(unit.y), narrow_bits(unit.z));
 }
 
-// Returns the bits of the three numbers.
-uvec3 unit_normal(vec3 vertex_a, vec3 vertex_b, vec3 vertex_c) {
+// Returns the cross product of the edges that leave the first vertex.
+dvec3 area_vector(vec3 vertex_a, vec3 vertex_b, vec3 vertex_c) {
   precise dvec3 a = widen(vertex_a), b = widen(vertex_b), c = widen(vertex_c), e = b - a, f = c - a;
   precise dvec3 x = e.yzx * f.zxy, y = e.zxy * f.yzx, n = x - y, least = 0.0009765625lf * (abs(x) + abs(y));
   if (!(is_exact_difference(e, b, a) && is_exact_difference(f, c, a) && all(greaterThanEqual(abs(n), least))))
@@ -45,5 +45,8 @@ uvec3 unit_normal(vec3 vertex_a, vec3 vertex_b, vec3 vertex_c) {
       precise double terms[6] = double[6](b.x * c.y, -(b.y * c.x), c.x * a.y, -(c.y * a.x), a.x * b.y, -(a.y * b.x));
       n[i] = exact_sum(terms);
     }
-  return unit_bits(n);
+  return n;
 }
+
+// Returns the bits of the three numbers.
+uvec3 unit_normal(vec3 a, vec3 b, vec3 c) { return unit_bits(area_vector(a, b, c)); }

@@ -7,7 +7,8 @@
     image = ballot.render(scene, width=640, height=480)
 
 Devices   Device opens one; without it, everything shares default_device(): the best GPU, else a CPU device.
-Shapes    spheres, discs, capsules, boxes stand where a mesh is asked for.
+Shapes    spheres, discs, capsules, boxes stand where a mesh is asked for. Attribute is numbers of a mesh, which answers
+          have as columns.
 Scenes    Scene, load_scene; Scene.set_vertices moves vertices, Scene.set_time plays animations; a Job traces meanwhile.
 Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
@@ -62,6 +63,7 @@ except ImportError as error:
 from . import trimesh_ray
 from ._array import Array
 from ._arrays import HIT, MISS, RAY, SHARED
+from ._attributes import Attribute
 from ._ballot import commit, names, version
 from ._bench import bench
 from ._cameras import Camera
@@ -88,6 +90,7 @@ __all__ = [
     "RAY",
     "Animation",
     "Array",
+    "Attribute",
     "Camera",
     "Code",
     "Device",

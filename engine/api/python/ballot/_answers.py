@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from . import _arrays, _ballot, _listed, _query, _sources
+from . import _arrays, _attributes, _ballot, _listed, _query, _sources
 from ._array import Array, there
 from ._arrays import HIT
 from ._closable import Closable
@@ -120,12 +120,13 @@ class Answers(Closable):
 
         columns  some of
         {hit_columns}
-                 With `first` or `last` they have an axis more: (..., first).
+                 or names of attributes: (...) float32, or (..., c) of c numbers; NaN where there is none. With `first`
+                 or `last` they have an axis more: (..., first).
         out      arrays for some of the columns, by name
 
         Of rays in a ballot.Array the columns are ballot.Arrays with the same bits, bool as uint8; "hits" may be one of
-        them. The scene then keeps 16 bytes a ray on the device unless it is, and for "normals" 36 a triangle, unless it
-        is flat and its tree was built there.
+        them. The scene then keeps 16 bytes a ray on the device unless it is, and for "normals", "positions" and "front"
+        36 a triangle, unless it is flat and its tree was built there.
 
         >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
         >>> rays = ballot.Array("rays", 1)
@@ -140,7 +141,8 @@ class Answers(Closable):
         refuse_count(count)
         source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
         asked, progress = _query.options(options, "hits", True)
-        arrays = _arrays.columns(columns, HIT_COLUMNS, _shape(source, asked), source[1:], out)
+        known = _attributes.columns(self._handle, columns, HIT_COLUMNS)
+        arrays = _arrays.columns(columns, known, _shape(source, asked), source[1:], out)
         flat = {name: _arrays.flat(array) for name, array in arrays.items()}
         _told(times, self._handle.trace(source, flat, asked, progress))
         return arrays
@@ -149,8 +151,8 @@ class Answers(Closable):
         self, rays: Array, columns: Sequence[str], beside: Mapping[str, Any], masks: Any, count: int | None,
         out: Mapping[str, Any] | None, times: list[Times] | None, options: Mapping[str, Any],
     ) -> dict[str, Array]:
-        asked = Asked("rays", rays, count, beside, _sources.filters(masks, options))
-        return asked.answer(self._handle.trace_there, columns, out, _query.options(options, "hits", True), times)
+        asked, how = Asked("rays", rays, count, beside, _sources.filters(masks, options)), _query.options(options, "hits", True)
+        return asked.answer(self._handle, self._handle.trace_there, columns, out, how, times)
 
     @overload
     def occluded(
@@ -223,7 +225,7 @@ class Answers(Closable):
                  is near nothing, and outside
         columns  some of
         {point_columns}
-                 Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0. Distances are
+                 or names of attributes, as of trace_columns(). Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0. Distances are
                  within 64 * 2^-24 (M + M') + 2^-85 R of the true ones, M and M' being the largest distances of a vertex
                  of the reported and of the nearest triangle, R that of a point of the scene along an axis. By parity
                  "inside" is right for every point that is 16 * 2^-24 M away from the surface
@@ -249,11 +251,12 @@ class Answers(Closable):
         if on := there(points, "points", self._device):
             given = Asked("points", on, count, {"limit": limit}, filters)
             how = _query.options(options, "points", True)
-            return given.answer(self._handle.nearest_there, columns, out, how, times)
+            return given.answer(self._handle, self._handle.nearest_there, columns, out, how, times)
         refuse_count(count)
         source = _sources.points(points, limit, filters)
         asked, progress = _query.options(options, "points", True)
-        arrays = _arrays.columns(columns, POINT_COLUMNS, source.shape, source[1:], out)
+        known = _attributes.columns(self._handle, columns, POINT_COLUMNS)
+        arrays = _arrays.columns(columns, known, source.shape, source[1:], out)
         flat = {name: _arrays.flat(array) for name, array in arrays.items()}
         _told(times, self._handle.nearest(source, flat, asked, progress))
         return arrays

@@ -21,7 +21,7 @@ _RECORDS: dict[str, tuple[int, type, int]] = {
     "nearest": (3, np.float32, 8), "vertices": (6, np.float32, 3), "float32": (4, np.float32, 1),
     "float32x2": (7, np.float32, 2), "float32x3": (6, np.float32, 3), "uint32": (5, np.uint32, 1),
     "transforms": (9, np.float32, 12), "uint8": (8, np.uint8, 1), "int64": (10, np.int64, 1),
-    "float64": (11, np.float64, 1),
+    "float64": (11, np.float64, 1), "float32x4": (12, np.float32, 4),
     "distances": (4, np.float32, 1), "inside": (5, np.uint32, 1),
 }  # fmt: skip
 
@@ -52,7 +52,7 @@ class Array(Closable):
               (its bits), u, v; "points": rows of 4, x, y, z, limit (inf: none); "nearest": rows of 8, x, y, z,
               distance, prim (its bits), u, v, nothing; "vertices": rows of 3, x, y, z; "transforms": rows of 12, a
               3 x 4 matrix row by row. As columns of answers have them: "float32", "uint32", "uint8", "int64" and
-              "float64" of shape (count,), "float32x2" (count, 2), "float32x3" (count, 3); "distances" is another name
+              "float64" of shape (count,), "float32x2" (count, 2), and so on to "float32x4"; "distances" is another name
               of "float32", "inside" of "uint32"
     count     number of records, 1 to 2^32 - 1
     device    a Device; None: the default one

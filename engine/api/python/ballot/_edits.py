@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from . import _arrays, _ballot, _mesh, _query, _scene_arguments
+from . import _arrays, _attributes, _ballot, _mesh, _query, _scene_arguments
 from ._array import Array, there
 from ._device import Device
 from ._door import InstanceInfo, MeshInfo
@@ -49,14 +50,39 @@ class Edits:
         """The instances of the meshes, in the order of their numbers."""
         return [InstanceInfo(*instance) for instance in self._handle.instances()]
 
+    @property
+    def attributes(self) -> dict[str, int]:
+        """The attributes that meshes have, by name: how many numbers a value has."""
+        return _attributes.components(self._handle)
+
+    def attribute(self, mesh: int, name: str) -> np.ndarray:
+        """Returns the values of an attribute of a mesh, in their order: (n,) float32, or (n, c) of c numbers."""
+        number = _query.integer(mesh, "mesh", 0, _MOST)
+        for of, found, _, width, _, place in self._handle.attributes():
+            if of == number and found == name:
+                values = self._handle.attribute_values(number, place)
+                return values if width == 1 else values.reshape(-1, width)
+        raise ValueError(f"mesh {number} has no attribute {_query.shown(name)}")
+
+    def find_meshes(self, name: str) -> list[int]:
+        """Returns the numbers of the meshes of this name, in ascending order.
+
+        >>> scene = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], names="roof")
+        >>> scene.find_meshes("roof"), scene.meshes[0].name
+        ([0], 'roof')
+        """
+        return list(self._handle.find_meshes(_query.text(name, "name")))
+
     def add_mesh(
-        self, vertices: Any, triangles: Any = None, *, soup: bool = False, id: int | None = None, normals: Any = None
+        self, vertices: Any, triangles: Any = None, *, soup: bool = False, id: int | None = None, normals: Any = None,
+        attributes: Mapping[str, Any] | None = None, name: str | None = None,
     ) -> int:
         """Adds a mesh and returns its number. It has no instance yet: add_instances() places it.
 
-        Arguments as Scene; id None: the number
+        Arguments as Scene; id None: the number; name None: "mesh N"
         """
-        mesh = self._read(vertices, triangles, soup, 0xFFFFFFFF if id is None else id, normals, "mesh")
+        mesh = self._read(vertices, triangles, soup, 0xFFFFFFFF if id is None else id, normals, attributes, "mesh")
+        mesh = mesh._replace(name=None if name is None else _query.text(name, "mesh: name"))
         number = self._handle.add_mesh(_mesh.passed(mesh))
         self._edited = True
         self._next[0] = number + 1
@@ -64,15 +90,17 @@ class Edits:
         return number
 
     def replace_mesh(
-        self, mesh: int, vertices: Any, triangles: Any = None, *, soup: bool = False, normals: Any = None
+        self, mesh: int, vertices: Any, triangles: Any = None, *, soup: bool = False, normals: Any = None,
+        attributes: Mapping[str, Any] | None = None,
     ) -> None:
-        """Gives a mesh other triangles, any number of them. It keeps its instances, name and id."""
+        """Gives a mesh other triangles, any number of them, and attributes. It keeps its instances, name and id."""
         number = _query.integer(mesh, "mesh", 0, _MOST)
-        made = self._read(vertices, triangles, soup, 0, normals, f"mesh {number}")
+        made = self._read(vertices, triangles, soup, 0, normals, attributes, f"mesh {number}")
         self._handle.replace_mesh(number, _mesh.passed(made))
         self._edited = True
         before = self._changed.get(number) or self._own.get(number)
-        self._change(number, made._replace(id=before.id if before else 0), normals)
+        kept = made._replace(id=before.id if before else 0, name=before.name if before else None)
+        self._change(number, kept, normals)
         self._held.pop(number, None)
 
     def remove_mesh(self, mesh: int) -> None:
@@ -107,6 +135,25 @@ class Edits:
         self._handle.set_vertices(number, positions)
         self._edited = True
         self._held[number] = positions
+
+    def set_attribute(self, mesh: int, name: str, values: Any) -> None:
+        """Gives a mesh an attribute, in the place of one of this name that it has. No tree changes.
+
+        values  an Attribute, or numbers of vertices as one has them; read at once
+
+        Raises ValueError if there are not as many as what they are of, or another mesh has an attribute of this name
+        with another number of components.
+
+        >>> scene = ballot.Scene([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+        >>> scene.set_attribute(0, "label", ballot.Attribute(7, "mesh"))
+        >>> scene.commit()
+        >>> scene.trace_columns([[1, 2, 5, 0, 0, -1]], ("label",))["label"].tolist()
+        [7.0]
+        """
+        number = _query.integer(mesh, "mesh", 0, _MOST)
+        read = _attributes.read(name, values, f"mesh {number}", self._device)
+        self._handle.set_attribute(number, _attributes.passed(read))
+        self._edited = True
 
     def add_instances(self, instances: Any, meshes: Any = None, masks: Any = None, groups: Any = None) -> np.ndarray:
         """Adds instances of meshes and returns their numbers: (k,) uint32.
@@ -224,9 +271,12 @@ class Edits:
         """Returns the numbers of instances; None: of all."""
         return _mesh.numbers([i.instance for i in self.instances] if instances is None else instances, "instances")
 
-    def _read(self, vertices: Any, triangles: Any, soup: bool, mesh_id: Any, normals: Any, where: str) -> Mesh:
+    def _read(
+        self, vertices: Any, triangles: Any, soup: bool, mesh_id: Any, normals: Any, attributes: Any, where: str
+    ) -> Mesh:
         ((v, t),) = _scene_arguments.pairs(vertices, triangles, None)
-        return _mesh.make(v, t, mesh_id, normals, where, bool(soup), self._device)
+        made = _mesh.make(v, t, mesh_id, normals, where, bool(soup), self._device)
+        return made._replace(attributes=_attributes.read_all(attributes, where, self._device))
 
     def _change(self, number: int, mesh: Mesh, normals: Any) -> None:
         if self._boxes is not None:

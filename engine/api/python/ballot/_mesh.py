@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import _arrays, _errors, _query
+from . import _arrays, _attributes, _errors, _query
 from ._array import Array, there
 from ._device import Device
 
@@ -21,6 +21,8 @@ class Mesh(NamedTuple):
     normals: np.ndarray | None  # (n, 3) float32
     kind: str | None = None  # of shapes; None: triangles
     radii: np.ndarray | None = None  # (n,) float32, of shapes
+    name: str | None = None
+    attributes: tuple[_attributes.Passed, ...] = ()
 
 
 def vectors(given: Any, name: str) -> np.ndarray:
@@ -79,7 +81,8 @@ def _own(array: np.ndarray, given: Any) -> np.ndarray:
 
 def passed(mesh: Mesh) -> tuple[Any, ...]:
     """Returns a mesh as the extension takes it."""
-    return tuple(part._handle if isinstance(part, Array) else part for part in mesh)
+    parts = [part._handle if isinstance(part, Array) else part for part in mesh[:-1]]
+    return (*parts, [_attributes.passed(a) for a in mesh.attributes])
 
 
 def _indices(triangles: Any, name: str, device: Device | None) -> np.ndarray | Array:
@@ -126,22 +129,29 @@ def make(
     return Mesh(v, t, number, n)
 
 
+def beside(mesh: Mesh, attributes: Any, name: Any, where: str, device: Device | None) -> Mesh:
+    """Returns the mesh with checked attributes and its name, or None."""
+    read = _attributes.read_all(attributes, where, device)
+    return mesh._replace(attributes=read, name=None if name is None else _query.text(name, "names"))
+
+
 def _shape(given: Any, name: str) -> tuple[int, ...]:
     interface = getattr(given, "__cuda_array_interface__", None)
     return _arrays.as_numpy(given, name).shape if interface is None else tuple(interface["shape"])
 
 
 def kept(mesh: Mesh, normals: Any) -> Mesh:
-    """Returns the mesh without its vertices and indices, which the scene can tell, and with normals that nobody else
-    changes. Of shapes it tells all."""
+    """Returns the mesh without its vertices, indices and attributes, which the scene can tell, and with normals that
+    nobody else changes. Of shapes it tells all but attributes."""
     if mesh.kind:
-        own: list[Any] = [part.copy() if isinstance(part, np.ndarray) else part for part in mesh]
+        own: list[Any] = [part.copy() if isinstance(part, np.ndarray) else part for part in mesh[:-1]]
         return Mesh(*own)
     return Mesh(
         np.empty((len(mesh.vertices), 0), np.float32),
         None if mesh.indices is None else np.empty(0, np.uint32),
         mesh.id,
         None if mesh.normals is None else _own(mesh.normals, normals),
+        name=mesh.name,
     )
 
 

@@ -34,6 +34,10 @@ def state_of(scene: Any) -> dict[str, Any]:
         "edited": edited,
         "kept": [m.mesh for m in meshes],
         "meshes": arrays,
+        "attributes": [
+            (mesh, (name, of, width, near, scene._handle.attribute_values(mesh, place).reshape(-1, width)))
+            for mesh, name, of, width, near, place in scene._handle.attributes()
+        ],
         "moved": set(scene._moved),
         "numbers": np.array([i.instance for i in instances], np.uint32),
         "which": np.array([i.mesh for i in instances], np.uint32),
@@ -48,7 +52,7 @@ def source_of(state: dict[str, Any]) -> tuple[Any, Any]:
     if state["path"] is not None:
         return state["path"], None
     count, placed = state["first"]
-    meshes = [tuple(_readable(state["meshes"].get(m, _NOTHING))) for m in range(count)]
+    meshes = [_mesh.passed(_readable(state["meshes"].get(m, _NOTHING))) for m in range(count)]
     if placed is None:
         return meshes, None
     matrices, which = np.repeat(_UNIT, placed, 0), np.zeros(placed, np.uint32)
@@ -69,6 +73,10 @@ def _readable(mesh: Any) -> Mesh:
 def restore(scene: Any, state: dict[str, Any]) -> None:
     """Edits a scene that was just made until it is the one that was pickled."""
     _edit(scene, state)
+    for mesh, (*words, values) in state["attributes"]:
+        scene._handle.set_attribute(mesh, (*words, _arrays.contiguous(values)))
+    if state["attributes"]:
+        scene._handle.commit([])
     arrays, moved, kept = state["meshes"], state["moved"], state["kept"]
     own: dict[int, Mesh | None] = {
         m: _mesh.kept(_readable(arrays[m]), None) if m in arrays and m not in moved else None
@@ -84,11 +92,11 @@ def _edit(scene: Any, state: dict[str, Any]) -> None:
         return
     kept, count = set(state["kept"]), len(handle.meshes())
     for m in range(count, meshes):
-        handle.add_mesh(tuple(_readable(arrays.get(m, _NOTHING))))
+        handle.add_mesh(_mesh.passed(_readable(arrays.get(m, _NOTHING))))
     if state["path"] is not None:
         for m in (m for m in arrays if m < count):
             mesh = _readable(arrays[m])
-            handle.set_vertices(m, mesh.vertices) if m in state["moved"] else handle.replace_mesh(m, tuple(mesh))
+            handle.set_vertices(m, mesh.vertices) if m in state["moved"] else handle.replace_mesh(m, _mesh.passed(mesh))
             held.append(mesh)
     there = {i[-3]: i[2] for i in handle.instances()}
     numbers, which = state["numbers"], state["which"]

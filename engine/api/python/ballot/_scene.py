@@ -34,6 +34,9 @@ class Scene(Edits, Answers, Sums):
     device        a Device; None: the default one
     ids           a number 0 to 2^32 - 1 for each mesh, which trace_columns() reports; None: 0, 1, 2, ...
     normals       (n, 3) unit normal of each vertex, for pictures; with `meshes` a list of such arrays or None
+    attributes    a dict of names and what an Attribute is, or numbers of vertices, which columns of answers then tell;
+                  with `meshes` a list of such dicts or None. Of one name all have as many components
+    names         the name of the mesh, with `meshes` a list of them or None; None: "scene", or "mesh N"
     instances     (k, 3, 4) or (k, 4, 4) float32 or float64: a matrix for each instance of a mesh, whose points p lie at
                   m[:3, :3] @ p + m[:3, 3]. None: each mesh lies where its vertices say
     instance_meshes  with `instances`: (k,) integers, the mesh of each, from 0; None: 0
@@ -71,6 +74,8 @@ class Scene(Edits, Answers, Sums):
         device: Device | None = None,
         ids: Sequence[int] | int | None = None,
         normals: Any = None,
+        attributes: Any = None,
+        names: Sequence[str | None] | str | None = None,
         instances: Any = None,
         instance_meshes: Any = None,
         masks: Any = None,
@@ -79,10 +84,14 @@ class Scene(Edits, Answers, Sums):
     ):
         given = _scene_arguments.pairs(vertices, triangles, meshes)
         numbers, directions = _scene_arguments.one_each(ids, normals, len(given), meshes is None)
+        where = ["mesh"] if meshes is None else [f"mesh {k}" for k in range(len(given))]
         made = [
-            _mesh.make(v, t, i, n, f"mesh {k}" if meshes is not None else "mesh", bool(soup), device)
-            for k, ((v, t), i, n) in enumerate(zip(given, numbers, directions))
+            _mesh.make(v, t, i, n, w, bool(soup), device)
+            for (v, t), i, n, w in zip(given, numbers, directions, where)
         ]
+        beside = [_scene_arguments.for_each(a, len(given), meshes is None, n)
+                  for a, n in ((attributes, "attributes"), (names, "names"))]  # fmt: skip
+        made = [_mesh.beside(m, a, n, w, device) for m, a, n, w in zip(made, *beside, where)]
         self._options = _scene_arguments.options(options, "scenes")
         self._path: str | None = None
         self._device = device

@@ -44,6 +44,14 @@ def one_each(ids: Any, normals: Any, count: int, single: bool) -> tuple[list[Any
     return numbers, directions
 
 
+def for_each(given: Any, count: int, single: bool, name: str) -> list[Any]:
+    """Returns what meshes were given, one for each; None: nothing."""
+    found = [None] * count if given is None else [given] if single else list(given)
+    if len(found) != count:
+        raise ValueError(f"{name}: found {len(found)}; expected {count}, one for each mesh")
+    return found
+
+
 def instances(
     given: Any, meshes: Any, masks: Any, groups: Any, made: list[_mesh.Mesh]
 ) -> _mesh.Instances | None:

@@ -7,20 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from . import _ballot, _query
+from . import _attributes, _ballot, _query
 from ._array import Array
 from ._door import HIT_COLUMNS, POINT_COLUMNS, Times
 from ._sources import Filters
 
 _RECORDS: dict[tuple[type, tuple[int, ...]], str] = {
     (np.float32, ()): "float32", (np.float32, (2,)): "float32x2", (np.float32, (3,)): "float32x3",
-    (np.uint32, ()): "uint32", (np.bool_, ()): "uint8",
+    (np.float32, (4,)): "float32x4", (np.uint32, ()): "uint32", (np.bool_, ()): "uint8",
 }  # fmt: skip
-#: of each kind of question the records of its columns, and of whole answers
-_COLUMNS = {
-    "rays": {"hits": "hits", **{name: _RECORDS[column] for name, column in HIT_COLUMNS.items()}},
-    "points": {"nearest": "nearest", **{name: _RECORDS[column] for name, column in POINT_COLUMNS.items()}},
-}
+#: of each kind of question the columns, and the records of whole answers
+_COLUMNS = {"rays": (HIT_COLUMNS, "hits"), "points": (POINT_COLUMNS, "nearest")}
 
 
 def words(filters: Filters, kind: str) -> dict[str, _ballot.Array | None]:
@@ -57,12 +54,13 @@ class Asked:
         self._count = len(array) if count is None else _query.integer(count, "count", 0, 2**32 - 1)
 
     def answer(
-        self, ask: Callable[..., Any], columns: Sequence[str], out: Mapping[str, Any] | None,
+        self, scene: _ballot.Scene, ask: Callable[..., Any], columns: Sequence[str], out: Mapping[str, Any] | None,
         options: tuple[dict[str, Any], Any], times: list[Times] | None,
     ) -> dict[str, Array]:
         """Returns an array on the device for each column: a new one, or that of `out`, filled by a call of the
         extension."""
-        arrays = self._arrays(columns, dict(out or {}), self._count * max(_query.hits_of_each(options[0]), 1))
+        hits = max(_query.hits_of_each(options[0]), 1)
+        arrays = self._arrays(scene, columns, dict(out or {}), self._count * hits)
         self._fill(ask, arrays, None, options, times)
         return arrays
 
@@ -91,8 +89,12 @@ class Asked:
             found = type(given).__name__
             raise TypeError(f"{name}: found {found}; expected a ballot.Array, as the {self._kind} are")
 
-    def _arrays(self, columns: Sequence[str], given: dict[str, Any], count: int) -> dict[str, Array]:
-        known = _COLUMNS[self._kind]
+    def _arrays(
+        self, scene: _ballot.Scene, columns: Sequence[str], given: dict[str, Any], count: int
+    ) -> dict[str, Array]:
+        table, whole = _COLUMNS[self._kind]
+        others = _attributes.columns(scene, [name for name in columns if name != whole], table)
+        known = {whole: whole, **{name: _RECORDS[column] for name, column in others.items()}}
         for name in columns:
             if name not in known:
                 raise ValueError(f"columns: found {name!r}; expected some of {', '.join(known)}")

@@ -187,7 +187,7 @@ struct ArrayObject : Kept<Buffer> {
       : Kept("array", std::move(buffer)), record(of), count(records) {}
   /// Returns the numbers of a record.
   std::size_t width() const {
-    constexpr std::size_t kWidths[] = {8, 4, 4, 8, 1, 1, 3, 2, 1, 12, 1, 1};  // in the order of BallotRecord
+    constexpr std::size_t kWidths[] = {8, 4, 4, 8, 1, 1, 3, 2, 1, 12, 1, 1, 4};  // in the order of BallotRecord
     return kWidths[record];
   }
   /// Returns the axes of the array: records of one number have no second one.

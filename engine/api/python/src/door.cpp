@@ -1,5 +1,7 @@
 #include "door.h"
 
+#include <algorithm>
+
 namespace ballot::python {
 
 namespace {
@@ -81,9 +83,26 @@ void Options<Struct>::set(void* to, Rows rows, const std::string& name, nb::hand
 }
 
 template <class Struct>
+Columns<Struct>::Columns(const nb::dict& given, Rows rows, std::size_t entries) {
+  for (const auto [name, array] : given) set(rows, nb::cast<std::string>(name), array, entries);
+  c.values = values_->data(), c.value_count = values_->size();
+}
+
+/// Takes the array of an attribute.
+template <class Struct>
+void Columns<Struct>::set_values(const std::string& name, const Array& to, std::size_t entries) {
+  if (to.dtype() != nb::dtype<float>()) throw nb::type_error((name + ": the array has another dtype").c_str());
+  if (entries ? to.size() % entries != 0 : to.size() != 0)
+    throw Error(BALLOT_ERROR_ARGUMENT, name + " has " + std::to_string(to.size()) + " numbers; expected some of each");
+  values_->push_back({names_->emplace_back(name).c_str(), static_cast<float*>(to.data())});
+}
+
+template <class Struct>
 void Columns<Struct>::set(Rows rows, const std::string& name, nb::handle array, std::size_t entries) {
-  const door::Row& row = find(rows, name);
   const Array& to = arrays_.emplace_back(nb::cast<Array>(array, false));
+  const auto found = std::ranges::find(rows, name, [](const door::Row& row) { return std::string(row.name); });
+  if (found == rows.end()) return set_values(name, to, entries);
+  const door::Row& row = *found;
   if (row.type == door::Type::Sums) {
     if (to.dtype() != nb::dtype<double>()) throw nb::type_error((name + ": the array has another dtype").c_str());
     at<BallotSums>(&c, row.offset) = {static_cast<double*>(to.data()), to.size()};

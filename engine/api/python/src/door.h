@@ -29,20 +29,21 @@ class Options {
   std::shared_ptr<std::deque<std::string>> texts_;
 };
 
-/// Arrays that results go to, by the names of columns. Keeps them.
+/// Arrays that results go to, by the names of columns and attributes. Keeps them. Copies share the names.
 template <class Struct>
 class Columns {
  public:
   /// `entries`: of each column. Throws Error if an array has not as many.
-  Columns(const nb::dict& given, Rows rows, std::size_t entries) {
-    for (const auto [name, array] : given) set(rows, nb::cast<std::string>(name), array, entries);
-  }
+  Columns(const nb::dict& given, Rows rows, std::size_t entries);
   Struct c;
 
  private:
   using Array = nb::ndarray<nb::ndim<1>, nb::c_contig, nb::device::cpu>;
   void set(Rows rows, const std::string& name, nb::handle array, std::size_t entries);
+  void set_values(const std::string& name, const Array& to, std::size_t entries);
   std::vector<Array> arrays_;
+  std::shared_ptr<std::deque<std::string>> names_ = std::make_shared<std::deque<std::string>>();
+  std::shared_ptr<std::vector<BallotValues>> values_ = std::make_shared<std::vector<BallotValues>>();
 };
 
 }  // namespace ballot::python

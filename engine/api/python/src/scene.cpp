@@ -26,8 +26,35 @@ struct Vectors {
   std::span<const float> numbers;
 };
 
+/// An attribute as Python gives it: (name, number of what its values are of, components, nearest, (n, c) values or an
+/// array on the device). Keeps its array.
+struct AttributeArray {
+  using Values = nb::ndarray<const float, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+  explicit AttributeArray(const nb::tuple& given)
+      : name(std::make_shared<std::string>(nb::cast<std::string>(given[0]))) {
+    attribute.name = name->c_str();
+    attribute.of = BallotValuesOf(nb::cast<int>(given[1]));
+    attribute.components = nb::cast<std::uint32_t>(given[2]);
+    attribute.nearest = nb::cast<bool>(given[3]);
+    const ArrayObject* array = nullptr;
+    if (nb::try_cast<const ArrayObject*>(given[4], array, false) && array) {
+      there = array->use();
+      attribute.buffer = there->get(), attribute.count = array->count;
+    } else {
+      values = nb::cast<Values>(given[4], false);
+      if (values.shape(1) != attribute.components)
+        throw Error(BALLOT_ERROR_ARGUMENT, *name + ": expected as many numbers of a value as components");
+      attribute.data = values.data(), attribute.count = values.shape(0);
+    }
+  }
+  std::shared_ptr<std::string> name;  // lies where it is while this is copied
+  Values values;
+  std::shared_ptr<Buffer> there;
+  Attribute attribute;
+};
+
 /// A mesh as Python gives it: (vertices, flat indices or None, id, normals or None, kind of shapes or None, radii or
-/// None), the first two also as arrays on the device. Keeps its arrays.
+/// None, name or None, attributes), the first two also as arrays on the device. Keeps its arrays.
 struct MeshArrays {
   explicit MeshArrays(const nb::tuple& given) {
     if (const auto* there = array_there(given[0], vertices_there)) {
@@ -52,6 +79,12 @@ struct MeshArrays {
       if (radii.size() != mesh.vertex_count) throw Error(BALLOT_ERROR_ARGUMENT, "radii: expected as many as vertices");
       mesh.radii = radii.data();
     }
+    if (!given[6].is_none()) name = std::make_shared<std::string>(nb::cast<std::string>(given[6])), mesh.name = *name;
+    for (const nb::handle one : nb::cast<nb::list>(given[7])) {
+      attributes->emplace_back(nb::cast<nb::tuple>(one));
+      listed->push_back(attributes->back().attribute);
+    }
+    mesh.attributes = listed->data(), mesh.attribute_count = listed->size();
     if (given[3].is_none()) return;
     normals.emplace(given[3]);
     if ((vertices && normals->stride != vertices->stride) || normals->array.shape(0) != mesh.vertex_count)
@@ -69,7 +102,9 @@ struct MeshArrays {
   Indices indices;
   Indices16 indices16;
   std::optional<Vectors> normals;
-  std::shared_ptr<std::string> kind;  // lies where it is while this is copied
+  std::shared_ptr<std::string> kind, name;  // these lie where they are while this is copied
+  std::shared_ptr<std::vector<AttributeArray>> attributes = std::make_shared<std::vector<AttributeArray>>();
+  std::shared_ptr<std::vector<Attribute>> listed = std::make_shared<std::vector<Attribute>>();
   Radii radii;
   Mesh mesh;
 };
@@ -169,6 +204,43 @@ void replace_mesh(const SceneObject& self, std::uint32_t mesh, const Objects& wi
 
 void remove_mesh(const SceneObject& self, std::uint32_t mesh) {
   edit(self, [=](Scene& s) { return s.remove_mesh(mesh), true; });
+}
+
+void set_attribute(const SceneObject& self, std::uint32_t mesh, const Objects& attribute) {
+  edit(self, [=, given = AttributeArray(attribute)](Scene& s) { return s.set_attribute(mesh, given.attribute), true; });
+}
+
+/// Returns (number of the mesh, name, number of what its values are of, components, nearest, place) of each attribute.
+ObjectList attributes(const SceneObject& self) {
+  struct Told {
+    std::uint32_t mesh, place;
+    AttributeInfo info;
+  };
+  const auto all = watched(self.use(), nb::none(), [](const Scene& s, Watch&) {
+    std::vector<Told> told;
+    for (const MeshInfo& mesh : s.meshes())
+      for (std::uint32_t i = 0; i < mesh.attributes; ++i) {
+        Told& one = told.emplace_back(Told{mesh.mesh, i, {}});
+        check(ballot_scene_attribute(s.handle(), mesh.mesh, i, &one.info));
+      }
+    return told;
+  });
+  ObjectList list = nb::list();
+  for (const Told& a : all)
+    list.append(
+        nb::make_tuple(a.mesh, std::string(a.info.name), a.info.of, a.info.components, a.info.nearest != 0, a.place));
+  return list;
+}
+
+auto attribute_values(const SceneObject& self, std::uint32_t mesh, std::size_t place) {
+  std::vector<float> all =
+      watched(self.use(), nb::none(), [=](const Scene& s, Watch&) { return s.attribute_values(mesh, place); });
+  const std::size_t count = all.size();
+  return array_of(std::move(all), {count});
+}
+
+std::vector<std::uint32_t> find_meshes(const SceneObject& self, const std::string& name) {
+  return watched(self.use(), nb::none(), [=](const Scene& s, Watch&) { return s.find_meshes(name); });
 }
 
 /// The caller keeps the array until the next commit.
@@ -281,6 +353,10 @@ void bind_scenes(nb::module_& m) {
       .def("add_mesh", &add_mesh)
       .def("replace_mesh", &replace_mesh)
       .def("remove_mesh", &remove_mesh)
+      .def("find_meshes", &find_meshes)
+      .def("set_attribute", &set_attribute)
+      .def("attributes", &attributes)
+      .def("attribute_values", &attribute_values)
       .def("set_vertices", &set_vertices)
       .def("set_vertex_array", &set_vertex_array)
       .def("set_transform_array", &set_transform_array)
