@@ -63,8 +63,9 @@ class ColumnWriter {
   /// Returns true if the device can compute these.
   static bool has_double(const DeviceInfo& device) { return device.float64; }
 
-  /// Records the writing of those columns below COLUMNS behind all earlier passes. Their numbers have the bits of those that the host
-  /// finds. `done` is given the device milliseconds of each pass. Throws Error(Work) if the device has no room.
+  /// Records the writing of the columns below COLUMNS behind all earlier passes. Their numbers have the bits of those
+  /// that the host finds. `done` is given the device milliseconds of each pass. Throws Error(Work) if the device has no
+  /// room.
   void record(DeviceTree& tree, const ColumnRecords& from, const ColumnBuffers& to, const Context::Done& done);
 
  private:

@@ -46,7 +46,8 @@ OUT(COLUMN_SHADING_NORMALS) buffer NormalColumn { vec3 normal_column[]; };
 vec3 shading_normal(uint material, Hit hit, vec3 n) {
   vec3 smoothed = smooth_normal(hit, n);
 #if BALLOT_HAS_NORMAL_TEXTURE
-  smoothed = bumped(material, hit, vertex(hit.prim, 0u), vertex(hit.prim, 1u), vertex(hit.prim, 2u), smoothed, true, 0.0);
+  vec3 a = vertex(hit.prim, 0u), b = vertex(hit.prim, 1u), c = vertex(hit.prim, 2u);
+  smoothed = bumped(material, hit, a, b, c, smoothed, true, 0.0);
 #endif
   return smoothed;
 }

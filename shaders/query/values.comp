@@ -45,7 +45,10 @@ void write_value(Record record, uint to) {
     copy(first + BALLOT_COMPONENTS * triangle, to);
   } else if (kind != VALUES_NONE) {
     uvec3 vertex = 3u * triangle + uvec3(0u, 1u, 2u);
-    if (indices != NO_HIT) vertex = uvec3(corners[indices + vertex.x], corners[indices + vertex.y], corners[indices + vertex.z]);
+    if (indices != NO_HIT) {
+      uvec3 at_corner = indices + vertex;
+      vertex = uvec3(corners[at_corner.x], corners[at_corner.y], corners[at_corner.z]);
+    }
     vec2 uv = uintBitsToFloat(record.uv);
     uvec3 words = first + BALLOT_COMPONENTS * vertex;
     if (kind == VALUES_OF_VERTICES) {

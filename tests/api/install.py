@@ -80,8 +80,8 @@ def main() -> None:
     headers = sorted(path.name for path in (prefix / "include" / "ballot").iterdir())
     expect("headers", headers,
            ["ballot.h", "ballot_c.h", "ballot_c_answers.h", "ballot_c_kernels.h", "ballot_c_scenes.h",
-            "ballot_c_vulkan.h", "ballot_device.h", "ballot_kernel.h", "ballot_scene_facts.h", "ballot_types.h", "ballot_views.h",
-            "ballot_vulkan.h"])
+            "ballot_c_vulkan.h", "ballot_device.h", "ballot_kernel.h", "ballot_scene_facts.h", "ballot_types.h",
+            "ballot_views.h", "ballot_vulkan.h"])
 
     library = next(prefix.rglob("libballot.so"))
     symbols = run(["nm", "-D", "--defined-only", library]).split("\n")

@@ -27,7 +27,8 @@ inline glm::dvec4 texel(const Scene& scene, const Texture& texture, int x, int y
 inline glm::dvec4 texture_at(const Scene& scene, const TextureUse& use, std::size_t triangle, double u, double v,
                              double border) {
   const auto& c = scene.uvs[use.set][triangle];
-  const glm::dvec3 one(glm::dvec2(c[0]) * (1 - u - v) + glm::dvec2(c[1]) * u + glm::dvec2(c[2]) * v, 1);
+  const glm::dvec2 at_corner[]{glm::dvec2{c[0]}, glm::dvec2{c[1]}, glm::dvec2{c[2]}};
+  const glm::dvec3 one{at_corner[0] * (1 - u - v) + at_corner[1] * u + at_corner[2] * v, 1.0};
   const Texture& texture = scene.textures[use.texture];
   glm::dvec2 at =
       double(kSide) * glm::dvec2(glm::dot(glm::dvec3(use.row_u), one), glm::dot(glm::dvec3(use.row_v), one));

@@ -180,7 +180,9 @@ std::vector<KernelSource> query_kernel_sources() {
               .base_texture = textures,
               .stored = stored,
               .tree = {.depth = 32, .largest_leaf = MAX_LEAF_TRIANGLES, .top_depth = top_depth}};
-          for (KernelSource& source : surface_column_sources(features)) sources.push_back(std::move(source));
+          SceneFeatures bent = features;
+          bent.shading_normals = true, bent.normal_texture = textures;
+          for (KernelSource& source : surface_column_sources(bent)) sources.push_back(std::move(source));
           for (KernelSource& source : alpha_crossing_sources(device, features.tree, look_defines(features, true)))
             sources.push_back(std::move(source));
         }

@@ -151,7 +151,8 @@ class Answers(Closable):
         self, rays: Array, columns: Sequence[str], beside: Mapping[str, Any], masks: Any, count: int | None,
         out: Mapping[str, Any] | None, times: list[Times] | None, options: Mapping[str, Any],
     ) -> dict[str, Array]:
-        asked, how = Asked("rays", rays, count, beside, _sources.filters(masks, options)), _query.options(options, "hits", True)
+        asked = Asked("rays", rays, count, beside, _sources.filters(masks, options))
+        how = _query.options(options, "hits", True)
         return asked.answer(self._handle, self._handle.trace_there, columns, out, how, times)
 
     @overload
@@ -225,10 +226,11 @@ class Answers(Closable):
                  is near nothing, and outside
         columns  some of
         {point_columns}
-                 or names of attributes, as of trace_columns(). Without a triangle within the limit distances are inf, numbers ballot.MISS, the rest 0. Distances are
-                 within 64 * 2^-24 (M + M') + 2^-85 R of the true ones, M and M' being the largest distances of a vertex
-                 of the reported and of the nearest triangle, R that of a point of the scene along an axis. By parity
-                 "inside" is right for every point that is 16 * 2^-24 M away from the surface
+                 or names of attributes, as of trace_columns(). Without a triangle within the limit distances are inf,
+                 numbers ballot.MISS, the rest 0. Distances are within 64 * 2^-24 (M + M') + 2^-85 R of the true ones, M
+                 and M' being the largest distances of a vertex of the reported and of the nearest triangle, R that of a
+                 point of the scene along an axis. By parity "inside" is right for every point that is 16 * 2^-24 M away
+                 from the surface
         limit    triangles farther away are not looked for: a number above 0, or an array that broadcasts to the points'
                  shape, where a point of a negative or NaN limit is near nothing; inf or None: there is no limit
         masks    as trace(), that broadcast to the points' shape; not with "inside" and "signed_distances", which are

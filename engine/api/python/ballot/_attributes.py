@@ -25,8 +25,8 @@ class Attribute(NamedTuple):
     [0.5]
     """
 
-    #: (n,) or (n, c) float32 or float64, c from 1 to 4; of a mesh one number, or (c,). Any numbers, NaN as well. float64
-    #: is rounded. Or an Array of "float32", "float32x2", ..., or float32 of CUDA's, copied on the device
+    #: (n,) or (n, c) float32 or float64, c from 1 to 4; of a mesh one number, or (c,). Any numbers, NaN as well.
+    #: float64 is rounded. Or an Array of "float32", "float32x2", ..., or float32 of CUDA's, copied on the device
     values: Any
     #: "vertices", in their order, those of triangles without indices being their corners; "prims": triangles or shapes;
     #: "mesh": the whole

@@ -94,7 +94,9 @@ class ValuesTest(unittest.TestCase):
         mesh = (self.vertices, self.triangles)
         scene = ballot.Scene(meshes=[mesh, mesh], attributes=[self.given, None], names=["left", None],
                              instances=np.eye(4)[None].repeat(2, 0), instance_meshes=[0, 1])  # fmt: skip
-        scene.set_transforms(np.array([np.eye(4), np.eye(4) + [[0, 0, 0, 100]] + [[0] * 4] * 3]))
+        away = np.eye(4)
+        away[0, 3] = 100
+        scene.set_transforms(np.array([np.eye(4), away]))
         scene.commit()
         self.check(scene.trace_columns(self.rays, self.names))
         self.assertEqual((scene.find_meshes("left"), scene.find_meshes("mesh 1")), ([0], [1]))
@@ -150,7 +152,7 @@ class ValuesTest(unittest.TestCase):
             ({"heat": np.zeros((180, 5))}, ValueError, r"shape is \(180, 5\); expected \(n,\) or \(n, 1\) to \(n, 4\)"),
             ({"heat": np.zeros((2, 2, 2))}, ValueError, r"shape is \(2, 2, 2\)"),
             ({"heat": "hot"}, TypeError, "found str"),
-            ({"heat": ballot.Attribute(1.0, "faces")}, ValueError, "of is 'faces'; expected one of vertices, prims, mesh"),
+            ({"heat": ballot.Attribute(1.0, "faces")}, ValueError, "of is 'faces'; expected one of vertices, prims"),
             ({"heat": ballot.Attribute(self.kind, "prims", True)}, ValueError, "nearest is 1"),
             ({"t": self.heat}, ValueError, "called 't', as a column of answers"),
             ({"": self.heat}, ValueError, "has 0 bytes"),
