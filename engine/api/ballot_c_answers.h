@@ -230,7 +230,7 @@ typedef struct BallotHits {
    * factors of the material times texture times colours of vertices; the opacity of a mask is 0 or 1. Textures are read
    * at their finest level, in float32. On a miss 0. Made by the device, as values are */
   float* colors BALLOT_ZERO;
-  /* 3 each: unit normal that is interpolated between those of the vertices and bent by the material's normal map, on
+  /* 3 each: unit normal between those that the vertices were given, bent by the material's normal map, on
    * the side of normals; these where there is none. On a miss 0. Made by the device, as values are */
   float* shading_normals BALLOT_ZERO;
   const BallotValues* values BALLOT_ZERO; /* attributes, each once */

@@ -61,6 +61,9 @@ class ValuesTest(unittest.TestCase):
         clear = hit & (abs(side) > 1e-5)
         np.testing.assert_array_equal(found["front"][clear], side[clear] < 0)
         self.assertEqual(found["front"].dtype, np.bool_)
+        for cull, front in (("back", True), ("front", False)):
+            left = scene.trace_columns(self.rays, ("front", "prims"), cull=cull)
+            self.assertEqual(set(left["front"][left["prims"] != ballot.MISS].tolist()), {front})
         out = np.empty((2000, 4), np.float32)
         self.assertIs(scene.trace_columns(self.rays, ("paint",), out={"paint": out})["paint"], out)
         np.testing.assert_array_equal(out, found["paint"])
