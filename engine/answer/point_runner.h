@@ -70,8 +70,8 @@ class Runner {
   using Answer = typename Kind::Answer;
   using Launched = std::function<void(std::uint32_t done)>;
 
-  /// `filters`: of a kernel with BALLOT_FILTERS, which have taken what it needs of the tree before it is asked. `order`:
-  /// of the points, for a kernel with BALLOT_BLOCKS. Null for others.
+  /// `filters`: of a kernel with BALLOT_FILTERS, which have taken what it needs of the tree before it is asked.
+  /// `order`: of the points, for a kernel with BALLOT_BLOCKS. Null for others.
   Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines, QueryFilters* filters = nullptr,
          PointOrder* order = nullptr)
       : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)), filters_(filters), order_(order) {}

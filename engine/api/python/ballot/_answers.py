@@ -251,8 +251,7 @@ class Answers(Closable):
         """
         filters = _sources.filters(masks, options)
         if on := there(points, "points", self._device):
-            given = Asked("points", on, count, {"limit": limit}, filters)
-            how = _query.options(options, "points", True)
+            given, how = Asked("points", on, count, {"limit": limit}, filters), _query.options(options, "points", True)
             return given.answer(self._handle, self._handle.nearest_there, columns, out, how, times)
         refuse_count(count)
         source = _sources.points(points, limit, filters)
@@ -328,13 +327,12 @@ class Answers(Closable):
         >>> scene.count_crossings([[0.25, 0.25, 2, 0, 0, -1], [9, 9, 2, 0, 0, -1]]).tolist()
         [1, 0]
         """
-        asked, progress = _query.options(options, "crossings", True)
+        filters, (asked, progress) = _sources.filters(masks, options), _query.options(options, "crossings", True)
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            filters = _sources.filters(masks, options)
             return _listed.counts(self._handle, on, count, beside, filters, asked, progress, times)
         refuse_count(count)
-        source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
+        source = _sources.rays(rays, t, origins, directions, filters, poses)
         return self._list(source, False, False, asked, progress, times).counts
 
     @overload
@@ -361,13 +359,12 @@ class Answers(Closable):
         >>> counts.tolist(), hits["t"].tolist()
         ([1, 0], [2.0])
         """
-        asked, progress = _query.options(options, "crossings", True)
+        filters, (asked, progress) = _sources.filters(masks, options), _query.options(options, "crossings", True)
         if on := there(rays, "rays", self._device):
             beside = {"origins": origins, "directions": directions, "t": t, "poses": poses}
-            filters = _sources.filters(masks, options)
             return _listed.lists(self._handle, on, count, beside, filters, asked, progress, times)
         refuse_count(count)
-        source = _sources.rays(rays, t, origins, directions, _sources.filters(masks, options), poses)
+        source = _sources.rays(rays, t, origins, directions, filters, poses)
         return self._list(source, False, True, asked, progress, times)
 
     def compact(self, hits: Array, *, first: int = 1, count: int | None = None) -> tuple[Array, Array, int]:
