@@ -126,6 +126,6 @@ def test(words: list[str]) -> None:
             print(f"{name}: passed in {time.monotonic() - start:.0f} s", flush=True)
         except Failed as error:
             failed.append(name)
-            print(f"{name}: failed after {time.monotonic() - start:.0f} s: {error}", flush=True)
+            print(f"{name}: failed after {time.monotonic() - start:.0f} s: {str(error).splitlines()[0]}", flush=True)
     if failed:
         raise Failed(f"{len(failed)} failed: {', '.join(failed)}")
