@@ -41,12 +41,12 @@ inline Triangles with_degenerate() {
   return triangles;
 }
 
-struct Shape {
+struct TreeShape {
   const char* name;
   Triangles (*make)();
 };
 
-inline const Shape kShapes[] = {
+inline const TreeShape kShapes[] = {
     {"none", [] { return Triangles{}; }},
     {"only degenerate", [] { return Triangles(9, Triangle{}); }},
     {"one", [] { return shapes::soup(1, 1); }},
