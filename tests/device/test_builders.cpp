@@ -17,11 +17,11 @@ namespace {
 
 using namespace harness;
 using shapes::Triangles;
-using tree_shapes::kShapes;
+using tree_shapes::kTreeShapes;
 using tree_shapes::TreeShape;
 
 TEST_F(Builders, TreesAreSound) {
-  for (const TreeShape& shape : kShapes) {
+  for (const TreeShape& shape : kTreeShapes) {
     SCOPED_TRACE(shape.name);
     const Triangles triangles = shape.make();
     const Bvh bvh = sound(triangles, {}, device());
@@ -118,7 +118,7 @@ TEST_F(Builders, HitsDoNotDependOnTheBuilder) {
   std::vector<const char*> methods{"while-while", "bvh4", "packet-wide", "frontier"};
   if (!harness::at_default_size(gpu_->info())) methods.resize(1);  // the others take long to compile
   std::size_t dealt = 0;
-  for (const TreeShape& shape : kShapes) {
+  for (const TreeShape& shape : kTreeShapes) {
     if (!is_dealt(gpu_->info(), dealt++)) continue;
     SCOPED_TRACE(shape.name);
     const Triangles triangles = shape.make();
@@ -175,7 +175,7 @@ bool is_close_around(const Bounds& outer, const Bounds& inner) {
 
 // Boxes hold those of the reference form, in every layout and padding, and are hardly larger.
 TEST_F(Builders, BoxesAreWrittenAsOnTheHost) {
-  for (const TreeShape& shape : kShapes) {
+  for (const TreeShape& shape : kTreeShapes) {
     const Triangles triangles = shape.make();
     DeviceBuild build(*gpu_, triangles, {});
     const Bvh& bvh = build.bvh();
@@ -228,7 +228,7 @@ void collect(const PairTree& tree, std::uint32_t from, std::vector<std::uint32_t
 // For each octant the frontier that the device writes holds every leaf once, below boxes that hold those of the pairs;
 // the same nodes for all octants, as many as there may be.
 TEST_F(Builders, FrontiersHoldEveryLeafOnce) {
-  for (const TreeShape& shape : kShapes)
+  for (const TreeShape& shape : kTreeShapes)
     for (const NodeLayout layout :
          {NodeLayout::Paper, NodeLayout::Interleaved, NodeLayout::Centred, NodeLayout::Compact}) {
       SCOPED_TRACE(fmt::format("{}, layout {}", shape.name, int(layout)));

@@ -76,7 +76,7 @@ TEST_F(PointBlocks, WithMasks) {
   std::vector<std::uint32_t> of_triangles(3000);
   for (std::uint32_t i = 0; i < 3000; ++i) of_triangles[i] = 1u << i % 3;
   PointQuery query{.triangle_masks = of_triangles};
-  query.masks = [](std::uint64_t first, std::span<std::uint32_t> room) {
+  query.filters.of[FILTER_MASK] = [](std::uint64_t first, std::span<std::uint32_t> room) {
     for (std::size_t i = 0; i < room.size(); ++i) room[i] = std::uint32_t(first + i) * 7u % 8u;
   };
   expect_equal(t->tracer->tree(), sets(1.2f), query);

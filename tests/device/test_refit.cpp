@@ -15,7 +15,7 @@ namespace {
 
 using namespace harness;
 using shapes::Triangles;
-using tree_shapes::kShapes;
+using tree_shapes::kTreeShapes;
 using tree_shapes::TreeShape;
 
 /// Reverses the order of the triangles with area. Turns all triangles by a third of a turn about a diagonal, and halves
@@ -52,7 +52,7 @@ void expect_sound(DeviceBuild& build, const Triangles& triangles, const BuildSet
 }
 
 TEST_F(Builders, RefittedTreesAreSound) {
-  for (const TreeShape& shape : kShapes) {
+  for (const TreeShape& shape : kTreeShapes) {
     SCOPED_TRACE(shape.name);
     const Triangles triangles = shape.make(), moved = dealt_out(triangles);
     DeviceBuild build(*gpu_, triangles, {});
@@ -168,7 +168,7 @@ void expect_fresh_hits(Context& gpu, const Triangles& triangles, const Query& qu
 
 TEST_F(Builders, RefitsGiveTheHitsOfAFreshBuild) {
   std::size_t dealt = 0;
-  for (const TreeShape& shape : kShapes) {
+  for (const TreeShape& shape : kTreeShapes) {
     if (!is_dealt(gpu_->info(), dealt++)) continue;
     SCOPED_TRACE(shape.name);
     expect_fresh_hits(*gpu_, shape.make(), {.method = "while-while"});

@@ -12,7 +12,7 @@ namespace {
 
 using namespace harness;
 using shapes::Triangles;
-using tree_shapes::kShapes;
+using tree_shapes::kTreeShapes;
 using tree_shapes::TreeShape;
 using Texels = std::vector<glm::uvec4>;
 
@@ -184,7 +184,7 @@ constexpr TreeFormatId kWide[] = {TreeFormatId::Bvh4, TreeFormatId::Bvh8, TreeFo
 
 // The device chooses the same nodes as the host, and gives them the same boxes, bit for bit.
 TEST_F(WideEncoders, TreesAreThoseOfTheHost) {
-  for (const TreeShape& shape : kShapes) {
+  for (const TreeShape& shape : kTreeShapes) {
     DeviceBuild build(*gpu_, shape.make(), {});
     if (is_leaf(build.built().root)) continue;
     for (const TreeFormatId id : kWide)

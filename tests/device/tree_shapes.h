@@ -46,7 +46,7 @@ struct TreeShape {
   Triangles (*make)();
 };
 
-inline const TreeShape kShapes[] = {
+inline const TreeShape kTreeShapes[] = {
     {"none", [] { return Triangles{}; }},
     {"only degenerate", [] { return Triangles(9, Triangle{}); }},
     {"one", [] { return shapes::soup(1, 1); }},
