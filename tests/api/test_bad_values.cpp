@@ -62,7 +62,7 @@ TEST_F(ApiBadValues, ArraysOnTheDeviceAreNamed) {
   expect_refused(wrong, "both of data and buffer are set");
   wrong = ballot::attribute("heat", heat), wrong.stride = 4;
   expect_refused(wrong, "expected 0 beside buffer");
-  const ballot::Device other("cpu");
+  const ballot::Device other;
   const ballot::Array<float> elsewhere(other, 289);
   expect_refused(ballot::attribute("heat", elsewhere), "another device");
 }

@@ -194,7 +194,7 @@ TEST_F(ApiDeviceMeshes, WhatCannotBeIsNamedAndChangesNothing) {
   expect_refused(wrong, "both positions and vertex_buffer are set");
   wrong = grid.there(), wrong.index_type = BALLOT_INDEX_U16;
   expect_refused(wrong, "index_type is BALLOT_INDEX_U16");
-  const ballot::Device other("cpu");
+  const ballot::Device other;
   const Both elsewhere(other, 12);
   expect_refused(elsewhere.there(), "the buffer of indices is on another device than the scene");
   scene.discard();

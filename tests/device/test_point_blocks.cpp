@@ -5,6 +5,7 @@
 
 #include "engine/answer/point_queries.h"
 #include "tests/device/arrays_there.h"
+#include "tests/device/fixture.h"
 #include "tests/device/forests.h"
 
 namespace ballot {

@@ -174,8 +174,9 @@ class Scene {
     Buffer<Nearest> found(gpu_, probes.size(), Access::Storage, "nearest");
     one_call(table, "closest points", "closest(rays[index].xyz, rays[index].w)", "Nearest", asked, found);
     PointQueries queries(gpu_, tracer_.tree());
-    row(table, "closest points", "built in", probes.size(),
-        median_ms(args_.repeats, [&] { return queries.nearest(asked, found, probes.size()); }));
+    row(table, "closest points", "built in", probes.size(), median_ms(args_.repeats, [&] {
+          return queries.nearest({asked, probes.size()}, found);
+        }));
   }
 
   void row(bench::Table& table, const std::string& what, const std::string& by, std::uint64_t count, double ms) {

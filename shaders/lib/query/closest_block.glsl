@@ -9,7 +9,7 @@
     --top;                                                                   \
   } while (top > 0u && !subgroupAny(stack_near[top] <= best.reach2));        \
   node = stack[top];
-  const int TOGETHER = int(SUBGROUP_SIZE) / 4;  // lanes that a visit serves, if the walk is to stay together
+  const int TOGETHER = int(SUBGROUP_SIZE) / 3;  // lanes that a visit serves, if the walk is to stay together
   int credit = 16 * TOGETHER;
   if (!live) best.distance2 = best.reach2 = -1.0;
   node = subgroupAny(live) ? push.root : END_OF_TREE;
