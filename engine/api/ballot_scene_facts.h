@@ -88,9 +88,10 @@ class SceneFacts {
   BallotScene* handle() const { return handle_.get(); }
 
  protected:
+  /// Destroys the handle with it.
   using Owner = detail::Handle<BallotScene, ballot_scene_destroy>;
   SceneFacts() = default;
-  Owner handle_;
+  Owner handle_;  ///< of the scene
 };
 
 }  // namespace v1

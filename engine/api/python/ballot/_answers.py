@@ -120,8 +120,8 @@ class Answers(Closable):
 
         columns  some of
         {hit_columns}
-                 or names of attributes: (...) float32, or (..., c) of c numbers; NaN where there is none. With `first`
-                 or `last` they have an axis more: (..., first).
+        NAME               (...) float32, or (..., c) of c numbers: the attribute of this name; NaN where there is none
+                 With `first` or `last` they have an axis more: (..., first).
         out      arrays for some of the columns, by name
 
         Of rays in a ballot.Array the columns are ballot.Arrays with the same bits, bool as uint8; "hits" may be one of
