@@ -13,13 +13,13 @@ namespace {
 constexpr std::uint32_t kFewSorted = 1 << 13;  // fewer points are not sorted: that takes a dozen dispatches
 constexpr std::uint32_t kSamples = 256;        // tiles
 
-KernelSource neighbours_source() {
+KernelSource neighbour_source() {
   return {.name = "query.neighbours", .file = "query/neighbours.comp", .group_size = NEIGHBOURS_GROUP};
 }
 
 }  // namespace
 
-std::vector<KernelSource> order_sources() { return {neighbours_source()}; }
+std::vector<KernelSource> neighbour_sources() { return {neighbour_source()}; }
 
 void PointOrder::make_room(std::uint32_t count) {
   if (count <= most_) return;
@@ -40,7 +40,7 @@ void PointOrder::record(const RawBuffer& points, std::uint32_t first, std::uint3
     state_.emplace(gpu_, 1, Access::Storage, "what is known of an order of points");
     args_.emplace(gpu_, 1, Access::Storage, "number of points to sort");
   }
-  if (refresh(gpu_, kernel_, neighbours_source())) gpu_.save_pipeline_cache();
+  if (refresh(gpu_, kernel_, neighbour_source())) gpu_.save_pipeline_cache();
   constexpr int kMost = std::numeric_limits<int>::max();
   state_->record_upload(std::vector{NeighbourState{first, 0, {kMost, kMost, kMost}, {-kMost, -kMost, -kMost}}});
   args_->record_upload(std::vector{IndirectArgs{}});

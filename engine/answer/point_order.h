@@ -13,7 +13,7 @@
 namespace ballot {
 
 /// Returns the sources of the kernel that finds such orders.
-std::vector<KernelSource> order_sources();
+std::vector<KernelSource> neighbour_sources();
 
 /// Finds an order of points on the device, and whether it pays to sort all of them (shaders/query/neighbours.comp). The
 /// host sees nothing of it. A point takes 20 bytes, for 2^22 points at most. Belongs to the thread of its Context.

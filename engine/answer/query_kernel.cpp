@@ -108,7 +108,7 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
   for (KernelSource& source : column_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : value_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : sum_sources()) sources.push_back(std::move(source));
-  for (KernelSource& source : order_sources()) sources.push_back(std::move(source));
+  for (KernelSource& source : neighbour_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : making_sources()) sources.push_back(std::move(source));
   for (const int of : {PLACES_LISTS, PLACES_APPENDED, PLACES_HITS}) sources.push_back(places_source(of));
   for (const std::uint32_t words : {2u, 4u})
