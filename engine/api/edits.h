@@ -12,4 +12,8 @@ PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene = t
 /// Returns what is known of a mesh, as the edits leave it. Throws Error(Arguments) if there is no such mesh.
 const MeshState& mesh_of(const SceneState& scene, std::uint32_t mesh);
 
+/// Makes `edits` true, which were the scene's: they are gone, whatever follows. The device is held. Throws as
+/// DeviceScene::commit() does; the scene is then as it was.
+void commit(SceneState& scene, PendingEdits& edits);
+
 }  // namespace ballot::api

@@ -240,17 +240,32 @@ void check_triangle_count(std::size_t triangles, const std::string& where) {
 
 GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const std::string& where) {
   MeshSource source = read_source(m, from, scene, where);
-  GivenMesh mesh{source.state, {std::vector<Triangle>(source.state.triangles), std::move(source.normals)}};
+  GivenMesh mesh{.state = {}, .geometry = {.normals = std::move(source.normals), .kind = source.state.kind}};
   if (from) {
-    const TrianglesThere there = make_there(scene, std::span(&source, 1), std::span(&where, 1));
-    there.triangles.download(mesh.geometry.triangles);
-    mesh.state = std::move(source.state);
+    mesh.there = std::make_shared<TrianglesThere>(make_there(scene, std::span(&source, 1), std::span(&where, 1)));
+    mesh.geometry.elsewhere = source.state.triangles;
+    if (!mesh.geometry.normals.empty()) bring_triangles(mesh.geometry, *std::exchange(mesh.there, nullptr));
   } else {
+    mesh.geometry.triangles.resize(source.state.triangles);
     expand(source.corners(), source.positions->all, mesh.geometry.triangles);
   }
-  mesh.geometry.kind = mesh.state.kind;
+  mesh.state = std::move(source.state);
   mesh.geometry.shapes = std::move(source.shapes);
   return mesh;
+}
+
+std::shared_ptr<TrianglesThere> move_there(MeshState& mesh, const DeviceVertices& vertices, const SceneState& scene,
+                                           const std::string& where) {
+  MeshSource source{.state = mesh, .positions = {}, .there = vertices, .normals = {}};
+  auto made = std::make_shared<TrianglesThere>(make_there(scene, std::span(&source, 1), std::span(&where, 1)));
+  mesh.bounds = source.state.bounds;
+  return made;
+}
+
+void bring_triangles(MeshGeometry& mesh, const TrianglesThere& there) {
+  mesh.triangles.resize(there.triangles.size());
+  there.triangles.download(mesh.triangles);
+  mesh.elsewhere = 0;
 }
 
 std::span<const std::uint32_t> indices_of(MeshState& mesh) {

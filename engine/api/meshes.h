@@ -35,13 +35,21 @@ struct MeshBuffers {
   bool needs_device() const { return *this || !attributes.empty(); }
 };
 
-/// Checks a mesh and reads its triangles and attributes. Triangles of arrays on the device are made there and read
-/// back. The device is held. Throws Refused, which begins with `where`.
+/// Checks a mesh and reads its triangles and attributes. Triangles of arrays on the device are made there, and stay
+/// `there` unless the mesh has normals. The device is held. Throws Refused, which begins with `where`.
 struct GivenMesh {
   MeshState state;
   MeshGeometry geometry;
+  std::shared_ptr<TrianglesThere> there = {};
 };
 GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const std::string& where);
+
+/// Has the device make the triangles of a mesh of vertices that lie there, and writes its bounds. The device is held.
+/// Throws as read_mesh() does.
+std::shared_ptr<TrianglesThere> move_there(MeshState& mesh, const DeviceVertices& vertices, const SceneState& scene,
+                                           const std::string& where);
+/// Has the host have the triangles of a mesh.
+void bring_triangles(MeshGeometry& mesh, const TrianglesThere& there);
 
 /// Returns the indices of a mesh, read back if the host has not had them yet. The device is held.
 std::span<const std::uint32_t> indices_of(MeshState& mesh);

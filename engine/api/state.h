@@ -122,10 +122,11 @@ struct PendingEdits {
   };
   PendingEdits(const Scene& scene, SceneNumbers& next) : edits(scene, next) {}
   /// Lets go of what meshes have on the device, which is held.
-  void let_go() { meshes.clear(), attributes.clear(); }
+  void let_go() { meshes.clear(), there.clear(), attributes.clear(); }
 
   SceneEdits edits;
   std::map<std::uint32_t, MeshState> meshes;                       // that are added, or have other triangles, by number
+  TrianglesOfMeshes there;                                         // of those of `meshes` that the device has made
   std::map<std::uint32_t, Vertices> vertices;                      // that move, by number
   std::map<std::uint32_t, std::vector<MeshAttribute>> attributes;  // that meshes of the scene get, by number
   std::vector<Transform> transforms;  // of all instances, if they do not lie side by side in the caller's memory

@@ -33,6 +33,8 @@ class HostCopy {
     }
   }
   bool may_go() const { return !stays_ && !fetch_; }
+  /// Returns true if the host has not what the copy is of; nothing is said of its parts.
+  bool is_late() const { return fetch_ != nullptr; }
   /// Tells that the copy is late, or gone; `fetch` makes it true.
   void is_elsewhere(std::function<void()> fetch) { fetch_ = std::move(fetch); }
 

@@ -106,12 +106,13 @@ void SceneEdits::replace_mesh(std::uint32_t mesh, MeshGeometry with) {
   m.moved = false;
 }
 
-void SceneEdits::move_mesh(std::uint32_t mesh, std::vector<Triangle> triangles, std::vector<Shape> shapes) {
+void SceneEdits::move_mesh(std::uint32_t mesh, MeshGeometry to) {
   Mesh& m = mesh_at(mesh);
   m.moved = m.moved || !m.made;
   if (!m.made) m.made.emplace();
-  m.made->triangles = std::move(triangles);
-  m.made->shapes = std::move(shapes);
+  m.made->triangles = std::move(to.triangles);
+  m.made->shapes = std::move(to.shapes);
+  m.made->elsewhere = to.elsewhere;
 }
 
 void SceneEdits::remove_mesh(std::uint32_t mesh) {
@@ -253,21 +254,24 @@ SceneInstances SceneEdits::instances() {
   return to;
 }
 
+bool SceneEdits::has_normals() const {
+  return !scene_.normals.empty() || std::ranges::any_of(meshes_, [](const auto& m) {
+    return m.second.made && !m.second.made->normals.empty();
+  });
+}
+
 /// Writes the arrays of all meshes one behind the other.
-void SceneEdits::gather(SceneStructure& to) {
+void SceneEdits::gather(SceneStructure& to) const {
   const SceneInstances& old = scene_.instances;
   const std::size_t count = to.instances.first.back();
   const bool fresh = std::ranges::any_of(meshes_, [](const auto& m) { return !m.second.before; });
-  const bool normals = !scene_.normals.empty() || std::ranges::any_of(meshes_, [](const auto& m) {
-    return m.second.made && !m.second.made->normals.empty();
-  });
   to.materials = scene_.materials;
   const Material plain_material{.name = "default"};
   if (fresh && to.materials.back() != plain_material) to.materials.push_back(plain_material);
   const auto plain = static_cast<std::uint32_t>(to.materials.size() - 1);  // of meshes that are added
   to.triangles.resize(count);
   to.material_of.resize(to.materials.size() == 1 ? 0 : count);
-  to.normals.resize(normals ? count : 0);
+  to.normals.resize(has_normals() ? count : 0);
   to.colors.resize(scene_.colors.empty() ? 0 : count);
   for (std::size_t set = 0; set < kUvSets; ++set) to.uvs[set].resize(scene_.uvs[set].empty() ? 0 : count);
   const auto has_shapes = [](const auto& m) { return m.second.label.kind != ShapeKind::Triangles; };
@@ -279,7 +283,7 @@ void SceneEdits::gather(SceneStructure& to) {
     const std::size_t begin = mesh.before ? old.first[*mesh.before] : 0, had = keeps ? size : 0;
     const std::span<const Triangle> triangles =
         mesh.made ? std::span<const Triangle>(mesh.made->triangles) : std::span(scene_.triangles).subspan(begin, size);
-    copy_parallel(triangles, std::span(to.triangles).subspan(first, size));
+    if (!to.elsewhere[m]) copy_parallel(triangles, std::span(to.triangles).subspan(first, size));
     const auto flat = [&](std::size_t i) {
       const bool is_shape = mesh.label.kind != ShapeKind::Triangles;  // which has none
       const glm::vec3 n = is_shape ? glm::vec3(0) : geometric_normal(triangles[i]);
@@ -303,7 +307,7 @@ void SceneEdits::gather(SceneStructure& to) {
   }
 }
 
-SceneStructure SceneEdits::structure() {
+SceneStructure SceneEdits::structure(const std::vector<bool>& elsewhere) {
   open();
   separate_turned();
   SceneStructure to;
@@ -312,9 +316,10 @@ SceneStructure SceneEdits::structure() {
   std::size_t end = 0;
   for (std::size_t m = 0; const auto& [number, mesh] : meshes_) {
     to.instances.first[m++] = end;
-    end += mesh.made ? mesh.made->triangles.size() : scene_.instances.triangles_of(*mesh.before);
+    end += mesh.made ? mesh.made->size() : scene_.instances.triangles_of(*mesh.before);
     to.replaces_arrays |= mesh.made.has_value();
     to.same_as.push_back(mesh.made ? std::nullopt : mesh.before);
+    to.elsewhere.push_back(mesh.made ? mesh.made->elsewhere > 0 : !elsewhere.empty() && elsewhere[*mesh.before]);
   }
   to.instances.first.push_back(end);
   if (to.replaces_arrays) gather(to);

@@ -10,17 +10,20 @@ namespace ballot {
 
 /// The triangles of a mesh that an edit brings.
 struct MeshGeometry {
-  std::vector<Triangle> triangles;                  // finite
+  std::vector<Triangle> triangles = {};             // finite
   std::vector<std::array<glm::vec3, 3>> normals{};  // unit, three a triangle; none: those of the triangles
   std::vector<Shape> shapes{};                      // that the triangles stand in for; none: they are triangles
   ShapeKind kind = ShapeKind::Triangles;
+  std::size_t elsewhere = 0;  // triangles that lie on a device, without normals; `triangles` has none then
+
+  std::size_t size() const { return elsewhere ? elsewhere : triangles.size(); }
 };
 
 /// Other meshes, or other placements, of a scene.
 struct SceneStructure {
   SceneInstances instances;
   bool replaces_arrays = false;  // the arrays that follow, as in Scene, are those of the meshes; else the scene's stay
-  std::vector<Triangle> triangles;
+  std::vector<Triangle> triangles;  // of meshes that lie elsewhere: room
   std::vector<std::array<glm::vec3, 3>> normals;
   std::vector<std::uint32_t> material_of;
   std::vector<Material> materials;
@@ -28,6 +31,7 @@ struct SceneStructure {
   std::vector<std::array<glm::vec4, 3>> colors;
   std::vector<Shape> shapes;
   std::vector<std::optional<std::uint32_t>> same_as;  // each mesh: that of the scene whose triangles it has
+  std::vector<bool> elsewhere;                        // each mesh: its triangles lie on a device
 
   /// Gives a scene the structure and takes the scene's. Doing so twice leaves the scene as it was.
   void exchange(Scene& scene);
@@ -52,7 +56,7 @@ class SceneEdits {
   /// Gives a mesh other triangles, any number of them. It keeps its placements, name and id.
   void replace_mesh(std::uint32_t mesh, MeshGeometry with);
   /// Gives a mesh as many other triangles, or as many other shapes and what stands in for them. It keeps all else.
-  void move_mesh(std::uint32_t mesh, std::vector<Triangle> triangles, std::vector<Shape> shapes = {});
+  void move_mesh(std::uint32_t mesh, MeshGeometry to);
   /// Removes a mesh and its placements.
   void remove_mesh(std::uint32_t mesh);
   /// Has a mesh lie in a tree of its own from now on.
@@ -83,8 +87,11 @@ class SceneEdits {
   bool changes_instances() const { return opened_ || !some_.empty() || !all_.empty(); }
   /// Returns true if meshes or placements come or go, lie in other trees, or have other masks or groups.
   bool changes_structure();
-  /// Returns the structure that the edits make. Takes their triangles.
-  SceneStructure structure();
+  /// Returns the structure that the edits make. Takes their triangles. `elsewhere`: of each mesh of the scene, whether
+  /// its triangles lie on a device; none: no mesh's do. Flat normals of meshes without some are made of triangles here.
+  SceneStructure structure(const std::vector<bool>& elsewhere = {});
+  /// Returns true if the structure has normals.
+  bool has_normals() const;
   /// Return, unless the structure changes, the transforms of all placements; none if they stay.
   std::span<const Transform> transforms();
 
@@ -104,7 +111,7 @@ class SceneEdits {
   Mesh& mesh_at(std::uint32_t mesh);
   Place& place_at(std::uint32_t placement);
   SceneInstances instances();
-  void gather(SceneStructure& to);
+  void gather(SceneStructure& to) const;
 
   const Scene& scene_;
   SceneNumbers& next_;

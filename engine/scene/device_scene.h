@@ -49,7 +49,6 @@
 #include "engine/model/light.h"
 #include "engine/model/pose.h"
 #include "engine/model/scene.h"
-#include "engine/model/scene_edits.h"
 #include "engine/oracle/self_crossings.h"
 #include "engine/present/presenter.h"
 #include "engine/render/batch/batch.h"
@@ -62,7 +61,7 @@
 #include "engine/render/film/renderer.h"
 #include "engine/render/live/live.h"
 #include "engine/render/path/integrators.h"
-#include "engine/tree/device/indexed_triangles.h"
+#include "engine/scene/scene_change.h"
 #include "engine/tree/device/posed_triangles.h"
 #include "engine/tree/host/bvh.h"
 #include "engine/tree/host/forest.h"
@@ -72,14 +71,6 @@
 namespace ballot {
 
 struct SceneTree;  // scene_tree.h
-
-/// What DeviceScene::commit() makes true.
-struct SceneChange {
-  std::optional<SceneStructure> structure = {};  // none: meshes and placements stay, and what follows moves them
-  std::span<const MovedVertices> vertices = {};  // of meshes whose trees hold no others, or of a flat scene
-  MovedTransforms transforms = {};               // of all placements; on the device if reads_transforms_there()
-  std::span<const std::uint32_t> masks = {};     // of all placements, as hides_or_shows() is false for; none: they stay
-};
 
 struct DeviceSceneOptions {
   std::string device;     // "": best GPU, else CPU; an index, part of a name, "gpu", "cpu"
@@ -123,6 +114,10 @@ class DeviceScene {
   }
   /// Returns the scene, whose triangles, normals, placements and bounds may be those of an earlier time.
   const Scene& scene_facts() const { return scene_; }
+  /// The same with the placements of now, as edits of a structure need them.
+  const Scene& placed_scene();
+  /// Returns of each mesh whether its triangles lie on the device alone, and may stay there while the structure changes.
+  std::vector<bool> meshes_there();
   /// Returns the meshes' trees and the instances of a scene that has some; null if it has none.
   const Forest* forest() const { return forest_.get(); }
   /// Returns the number of triangles, counted through the instances, and the triangle in the world that a hit names.
@@ -319,7 +314,7 @@ class DeviceScene {
   void make_forest(bool use_cache, TrianglesThere* there, const Progress& progress);
   void triangles_are_there(std::size_t tree);
   void move_instances(Pose pose, double pose_s);
-  void bring_transforms();
+  void follow_transforms();
   void refuse_instances(const char* what) const;
   bool refit(std::span<const Triangle> triangles, const Bounds& bounds);
   void adopt(SceneTree&& built);
@@ -331,10 +326,14 @@ class DeviceScene {
   bool rebuild_meshes();
   void move_flat(std::span<const MovedVertices> meshes, UpdateMode mode);
   void move_all(const SceneChange& change, UpdateMode mode);
-  void restructure(SceneStructure& structure);
-  void replant(const std::vector<std::optional<std::uint32_t>>& from);
-  void plant_flat();
+  void restructure(SceneChange& change);
+  void replant(const std::vector<std::optional<std::uint32_t>>& from, const TrianglesOfMeshes& there);
+  void plant_flat(const TrianglesOfMeshes& there);
   MeshTree whole_tree(std::span<const Triangle> triangles);
+  glm::vec3 largest_there() const;
+  void bring_placements();
+  bool builds_there(const TreeLayout& layout, std::size_t mesh) const;
+  std::vector<bool> bring_apart(SceneChange&, const TreeLayout&, const std::vector<std::optional<std::uint32_t>>&);
   void drop_queries();
   void watch_lateness();
   std::size_t tree_with(std::size_t triangle) const;

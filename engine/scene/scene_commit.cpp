@@ -38,6 +38,17 @@ void check_there(const MovedVertices& mesh, const Context& gpu) {
 
 }  // namespace
 
+std::vector<bool> DeviceScene::meshes_there() {
+  const TreeLayout layout = tree_layout(scene_);
+  std::vector<bool> there;
+  for (const std::uint32_t tree : layout.tree_of) {
+    const HostCopy& triangles = late_.parts[tree];
+    if (triangles.is_late() && !tracer_->tree().built(tree)) triangles.bring();
+    there.push_back(triangles.is_late());
+  }
+  return there;
+}
+
 bool DeviceScene::reads_transforms_there() const {
   if (!forest_ || !tracer_->tree().moves_on_device()) return false;
   const SceneInstances& all = scene_.instances;  // those of one tree stand for one instance of it
@@ -48,7 +59,7 @@ void DeviceScene::commit(SceneChange& change, UpdateMode mode) {
   const Timer timer;
   for (const MovedVertices& mesh : change.vertices) check_there(mesh, *gpu_);
   if (change.structure)
-    restructure(*change.structure);
+    restructure(change);
   else if (change.vertices.empty() && change.transforms.stay())
     update_ = {};
   else if (forest_ || (takes_vertices(0) && !change.vertices.empty()))
@@ -59,27 +70,67 @@ void DeviceScene::commit(SceneChange& change, UpdateMode mode) {
   update_.seconds = timer.seconds();
 }
 
-/// Gives the scene other meshes and placements. Trees of meshes that it has already stay.
-void DeviceScene::restructure(SceneStructure& structure) {
-  late_.bring();
+/// Returns true if the device builds the tree of a new mesh of the scene, which lies there.
+bool DeviceScene::builds_there(const TreeLayout& layout, std::size_t mesh) const {
+  const bool is_large = !scene_.instanced() || scene_.instances.triangles_of(mesh) >= kLeastThere;
+  return is_large && !layout.shares(mesh) && gpu_->info().float64 && builder_of(build_.builder).on_device;
+}
+
+/// Has the host have the triangles of those meshes of a structure that lie on the device and do not stay there: they
+/// are in trees with others that differ, or are small. Drops these from the change. Returns for each tree whether its
+/// triangles stay.
+std::vector<bool> DeviceScene::bring_apart(SceneChange& change, const TreeLayout& before, const From& from) {
+  const SceneStructure& to = *change.structure;
+  const SceneInstances& all = scene_.instances;
+  const TreeLayout now = tree_layout(scene_);
+  std::vector<bool> stay(from.size());
+  for (std::size_t m = 0; m < all.meshes(); ++m) {
+    const std::uint32_t tree = now.tree_of[m], number = all.mesh_labels[m].number;
+    if (!to.elsewhere[m] || all.triangles_of(m) == 0) continue;
+    const auto room = std::span(scene_.triangles).subspan(all.first[m], all.triangles_of(m));
+    if (to.same_as[m]) {
+      stay[tree] = from[tree].has_value();
+      if (stay[tree]) continue;
+      const std::uint32_t old = before.tree_of[*to.same_as[m]];
+      tracer_->tree().built(old)->triangles().download(room, to.instances.first[*to.same_as[m]] - before.first[old]);
+      continue;
+    }
+    stay[tree] = builds_there(now, m);
+    if (stay[tree]) continue;
+    change.there.at(number)->triangles.download(room);
+    change.there.erase(number);
+  }
+  return stay;
+}
+
+/// Gives the scene other meshes and placements. Trees of meshes that it has already stay, and their triangles where
+/// they are.
+void DeviceScene::restructure(SceneChange& change) {
+  SceneStructure& structure = *change.structure;
   begin_update();
   const TreeLayout before = tree_layout(scene_);
+  const Bounds bounds = scene_.bounds;
+  std::vector<bool> stay;
   structure.exchange(scene_);
   try {
     complete_instances(scene_);
     const From from = trees_from(before, tree_layout(scene_), structure.same_as);
+    stay = bring_apart(change, before, from);
+    if (!change.there.empty())
+      scene_.bounds = change.there.begin()->second->meshes[0].bounds;
+    else if (std::ranges::none_of(stay, std::identity()))
+      scene_.bounds = scene_.instanced() ? bounds : bounds_of_vertices(scene_.triangles, scene_.name);
     if (scene_.instanced())
-      replant(from);
+      replant(from, change.there);
     else if (forest_ || from.size() != 1 || !from[0])
-      plant_flat();
+      plant_flat(change.there);
   } catch (...) {
     structure.exchange(scene_);
+    scene_.bounds = bounds;
     throw;
   }
   if (forest_)
-    late_.is_elsewhere([this] { bring_transforms(); });
-  else
-    scene_.bounds = bounds_of_vertices(scene_.triangles, scene_.name);
+    late_.is_elsewhere([this] { follow_transforms(); });
   walked_s_ = tracer_->walked_s();
   scene_.animation.reset();  // nothing moves by it: such scenes are not edited
   posed_.reset();
@@ -87,19 +138,33 @@ void DeviceScene::restructure(SceneStructure& structure) {
   indexed_.clear();
   mesh_extents_.clear();
   watch_lateness();
+  for (std::size_t tree = 0; tree < stay.size(); ++tree)
+    if (stay[tree]) triangles_are_there(tree);
   make_renderers();
+}
+
+/// Returns the extent of the largest triangle of a flat scene, which lies on the device, along each axis.
+glm::vec3 DeviceScene::largest_there() const {
+  const std::shared_ptr<DeviceBuild> built = tracer_->tree().built();
+  MovedVertices all;
+  all.triangles = built->triangles().size();
+  all.there = DeviceVertices{.buffer = {built, &built->triangles()}, .count = 3 * all.triangles};
+  IndexedTriangles scratch(*gpu_, all.triangles);
+  scratch.record(std::span(&all, 1), built->triangles());
+  return scratch.found()[0].extents.largest_triangle;
 }
 
 /// Returns the tree of a flat scene as that of a mesh with the same triangles.
 MeshTree DeviceScene::whole_tree(std::span<const Triangle> triangles) {
   const std::shared_ptr<DeviceBuild>& there = tracer_->tree().built();
+  if (late_.parts[0].is_late()) return tree_there(triangles, {there->summary(), there}, largest_there());
   MeshTree made = make_mesh_tree(triangles, there ? there->summary() : bvh_);
   made.there = there;
   return made;
 }
 
 /// Has a forest of the scene take the place of the trees of before.
-void DeviceScene::replant(const From& from) {
+void DeviceScene::replant(const From& from, const TrianglesOfMeshes& there) {
   KnownTrees known(from.size());
   const TreeLayout layout = tree_layout(scene_);
   for (std::size_t t = 0; t < from.size(); ++t) {
@@ -108,6 +173,15 @@ void DeviceScene::replant(const From& from) {
     known[t] = forest_ ? forest_->meshes()[*from[t]] : whole_tree(triangles);
   }
   const Timer timer;
+  for (std::size_t m = 0; m < layout.tree_of.size(); ++m) {
+    const auto mesh = there.find(scene_.instances.mesh_labels[m].number);
+    if (mesh == there.end()) continue;
+    const std::uint32_t t = layout.tree_of[m];
+    const std::size_t count = scene_.instances.triangles_of(m);
+    known[t] = tree_there(std::span(scene_.triangles).subspan(layout.first[t], count),
+                          build_there(*gpu_, *mesh->second, 0, count, build_),
+                          mesh->second->meshes[0].largest_triangle);
+  }
   std::unique_ptr<Forest> forest = build_forest(*gpu_, scene_, build_, false, known, {});
   std::vector<RefitPolicy> policies(from.size());
   for (std::size_t t = 0; t < from.size(); ++t)
@@ -129,9 +203,11 @@ void DeviceScene::replant(const From& from) {
 }
 
 /// Has one tree over the scene take the place of the trees of before.
-void DeviceScene::plant_flat() {
+void DeviceScene::plant_flat(const TrianglesOfMeshes& there) {
   const Timer timer;
-  SceneTree built = build_tree(*gpu_, scene_.triangles, build_, false, {});
+  SceneTree built =
+      there.empty() ? build_tree(*gpu_, scene_.triangles, build_, false, {})
+                    : build_there(*gpu_, *there.begin()->second, 0, scene_.triangles.size(), build_);
   gpu_->finish();
   drop_renderers();
   if (forest_) {

@@ -14,8 +14,6 @@ namespace ballot {
 namespace {
 
 constexpr std::size_t kCachedTriangles = 1 << 12;  // smaller trees are built faster than files are read
-// Smaller trees are read back: each that stays on the device takes a dozen buffers and kernels of its own.
-constexpr std::size_t kLeastThere = 1 << 16;
 
 /// Returns the trees of a scene whose triangles lie on the device, where they stay there too. The triangles of the
 /// others are read back.
@@ -29,13 +27,10 @@ KnownTrees trees_there(Context& gpu, TrianglesThere& there, Scene& scene, const 
       if (count > 0 && !there.on_host) there.triangles.download(triangles, first);
       continue;
     }
-    SceneTree built = build_there(gpu, there, first, count, settings);
-    MeshTree& made = known[t].emplace();
-    made = {triangles, std::make_shared<Bvh>(std::move(built.bvh)), {}, std::move(built.there)};
-    made.extents = {made.bvh->bounds, glm::vec3(0), made.bvh->is_empty()};
+    glm::vec3 most(0);
     for (std::size_t m = 0; m < layout.tree_of.size(); ++m)
-      if (glm::vec3& most = made.extents.largest_triangle; layout.tree_of[m] == t)
-        most = glm::max(most, there.meshes[m].largest_triangle);
+      if (layout.tree_of[m] == t) most = glm::max(most, there.meshes[m].largest_triangle);
+    known[t] = tree_there(triangles, build_there(gpu, there, first, count, settings), most);
   }
   return known;
 }
@@ -55,6 +50,12 @@ std::vector<Transform> transforms_of(const Scene& scene) {
 }
 
 }  // namespace
+
+MeshTree tree_there(std::span<const Triangle> triangles, SceneTree built, const glm::vec3& largest_triangle) {
+  MeshTree made{triangles, std::make_shared<Bvh>(std::move(built.bvh)), {}, std::move(built.there)};
+  made.extents = {made.bvh->bounds, largest_triangle, made.bvh->is_empty()};
+  return made;
+}
 
 MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
                     const Progress& progress, std::unique_ptr<DeviceBuild>& scratch) {
@@ -175,7 +176,7 @@ void DeviceScene::move_instances(Pose pose, double pose_s) {
 void DeviceScene::end_update(const Timer& timer) {
   if (forest_) bvh_ = forest_->summary(), features_.tree = forest_->facts();
   late_.is_elsewhere([this] {
-    if (forest_) bring_transforms();
+    if (forest_) follow_transforms();
   });
   const double tree_s = timer.seconds();
   make_renderers();
@@ -199,8 +200,9 @@ bool DeviceScene::rebuild_meshes() {
   return built;
 }
 
-/// Brings the transforms of the instances to the scene, and the bounds that follow from them.
-void DeviceScene::bring_transforms() {
+/// Brings the transforms of the instances to the scene.
+void DeviceScene::bring_placements() {
+  if (!forest_) return;
   const std::vector<std::uint32_t> from = tree_layout(scene_).from;
   SceneInstances& all = scene_.instances;
   for (std::size_t i = 0; i < from.size(); ++i) {
@@ -208,7 +210,17 @@ void DeviceScene::bring_transforms() {
     p.transform = forest_->transforms()[i];
     if (!is_identity(p.transform)) all.mesh_labels[p.mesh].in_world = false;
   }
+}
+
+/// The same with the bounds that follow from them. The triangles are here.
+void DeviceScene::follow_transforms() {
+  bring_placements();
   scene_.bounds = bounds_of_instances(scene_);
+}
+
+const Scene& DeviceScene::placed_scene() {
+  bring_placements();
+  return scene_;
 }
 
 Triangle DeviceScene::triangle(std::uint32_t prim) const {

@@ -16,6 +16,13 @@ struct SceneTree {
 /// What is known of each mesh of a forest: its tree, but not where its triangles lie. None: nothing.
 using KnownTrees = std::vector<std::optional<MeshTree>>;
 
+/// Trees of meshes with fewer triangles are read back: each that stays on the device takes a dozen buffers and kernels
+/// of its own.
+inline constexpr std::size_t kLeastThere = 1 << 16;
+
+/// Returns a tree that stays on the device as that of a mesh. `largest_triangle`: its extent along each axis.
+MeshTree tree_there(std::span<const Triangle> triangles, SceneTree built, const glm::vec3& largest_triangle);
+
 /// Builds the trees of a scene with instances that are not known, as build_mesh() does. Throws as Forest and
 /// build_tree() do.
 std::unique_ptr<Forest> build_forest(Context& gpu, const Scene& scene, const BuildSettings& settings, bool use_cache,

@@ -144,6 +144,64 @@ TEST_F(ApiDeviceMeshes, EditsFollow) {
     }
 }
 
+/// Large meshes, whose triangles stay on the device while others come, go, move or join their tree.
+TEST_F(ApiDeviceMeshes, StructuresChangeAroundThem) {
+  for (const char* layout : {"merge", "separate"}) {
+    SCOPED_TRACE(layout);
+    const ballot::SceneOptions options = built_by("device", layout);
+    Both a(*device_, 190), b(*device_, 200, 0.5f), c(*device_, 185, 0.25f);
+    ballot::Scene there(*device_, {a.there()}, options), here(*device_, {a.here.mesh()}, options);
+    const auto commit_both = [&](const auto& edit) {
+      edit(there), edit(here);
+      there.commit(), here.commit();
+      expect_same(there, here);
+    };
+    const auto move = [&](Both& grid, std::uint32_t mesh, float by) {
+      for (float& x : grid.here.positions) x *= by;
+      grid.write();
+      there.set_vertices(mesh, grid.vertices), here.set_vertices(mesh, grid.here.positions);
+    };
+    there.replace_mesh(0, b.there()), here.replace_mesh(0, b.here.mesh());
+    commit_both([](ballot::Scene&) {});
+    move(b, 0, 0.875f);
+    commit_both([](ballot::Scene&) {});
+    const std::uint32_t second = there.add_mesh(c.there(3));
+    EXPECT_EQ(here.add_mesh(c.here.mesh(3)), second);
+    const std::vector<float> two{1, 0, 0, 0.25f, 0, 1, 0, 0, 0, 0, 1, 1, 0, 1, 0, 0.5f, 1, 0, 0, 0, 0, 0, 1, 1.5f};
+    const std::vector<std::uint32_t> meshes{second, 0}, first{1}, mask{2};
+    commit_both([&](ballot::Scene& s) { s.add_instances(ballot::instances(two, meshes)); });
+    move(b, 0, 1.125f), move(c, second, 0.75f);
+    commit_both([&](ballot::Scene& s) { s.set_masks(first, mask); });
+    std::string text;
+    const std::vector<float> bad{NAN, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const std::vector<std::uint32_t> of_second{second};
+    for (ballot::Scene* s : {&there, &here}) {
+      s->remove_mesh(0);
+      s->add_instances(ballot::instances(bad, of_second));
+      EXPECT_EQ(code_of([&] { s->commit(); }, &text), BALLOT_ERROR_ARGUMENT) << text;
+    }
+    expect_same(there, here);
+    there.replace_mesh(0, a.there()), here.replace_mesh(0, a.here.mesh());
+    move(a, 0, 0.9375f);
+    commit_both([](ballot::Scene&) {});
+    commit_both([&](ballot::Scene& s) { s.remove_mesh(second); });
+  }
+}
+
+/// A mesh goes that parted others which lie in the world: these share a tree from then on.
+TEST_F(ApiDeviceMeshes, TreesJoin) {
+  const ballot::SceneOptions options = built_by("device", "merge");
+  const Both a(*device_, 190), b(*device_, 200, 0.5f), c(*device_, 185, 0.25f);
+  ballot::Scene there(*device_, {a.there(), b.there(), c.there()}, options);
+  ballot::Scene here(*device_, {a.here.mesh(), b.here.mesh(), c.here.mesh()}, options);
+  const std::vector<float> place{1, 0, 0, 0.25f, 0, 1, 0, 0, 0, 0, 1, 1};
+  const std::vector<std::uint32_t> middle{1};
+  for (ballot::Scene* s : {&there, &here}) s->add_instances(ballot::instances(place, middle)), s->commit();
+  expect_same(there, here);
+  for (ballot::Scene* s : {&there, &here}) s->remove_mesh(1), s->commit();
+  expect_same(there, here);
+}
+
 TEST_F(ApiDeviceMeshes, WhatCannotBeIsNamedAndChangesNothing) {
   Both grid(*device_, 12);
   const ballot::SceneOptions options = built_by("device");
