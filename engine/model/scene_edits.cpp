@@ -255,9 +255,8 @@ SceneInstances SceneEdits::instances() {
 }
 
 bool SceneEdits::has_normals() const {
-  return !scene_.normals.empty() || std::ranges::any_of(meshes_, [](const auto& m) {
-    return m.second.made && !m.second.made->normals.empty();
-  });
+  return !scene_.normals.empty() ||
+         std::ranges::any_of(meshes_, [](const auto& m) { return m.second.made && !m.second.made->normals.empty(); });
 }
 
 /// Writes the arrays of all meshes one behind the other.

@@ -116,7 +116,7 @@ class DeviceScene {
   const Scene& scene_facts() const { return scene_; }
   /// The same with the placements of now, as edits of a structure need them.
   const Scene& placed_scene();
-  /// Returns of each mesh whether its triangles lie on the device alone, and may stay there while the structure changes.
+  /// Returns of each mesh whether its triangles lie on the device alone. They may stay there if the structure changes.
   std::vector<bool> meshes_there();
   /// Returns the meshes' trees and the instances of a scene that has some; null if it has none.
   const Forest* forest() const { return forest_.get(); }

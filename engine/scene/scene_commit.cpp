@@ -129,8 +129,7 @@ void DeviceScene::restructure(SceneChange& change) {
     scene_.bounds = bounds;
     throw;
   }
-  if (forest_)
-    late_.is_elsewhere([this] { follow_transforms(); });
+  if (forest_) late_.is_elsewhere([this] { follow_transforms(); });
   walked_s_ = tracer_->walked_s();
   scene_.animation.reset();  // nothing moves by it: such scenes are not edited
   posed_.reset();
@@ -178,9 +177,9 @@ void DeviceScene::replant(const From& from, const TrianglesOfMeshes& there) {
     if (mesh == there.end()) continue;
     const std::uint32_t t = layout.tree_of[m];
     const std::size_t count = scene_.instances.triangles_of(m);
-    known[t] = tree_there(std::span(scene_.triangles).subspan(layout.first[t], count),
-                          build_there(*gpu_, *mesh->second, 0, count, build_),
-                          mesh->second->meshes[0].largest_triangle);
+    known[t] =
+        tree_there(std::span(scene_.triangles).subspan(layout.first[t], count),
+                   build_there(*gpu_, *mesh->second, 0, count, build_), mesh->second->meshes[0].largest_triangle);
   }
   std::unique_ptr<Forest> forest = build_forest(*gpu_, scene_, build_, false, known, {});
   std::vector<RefitPolicy> policies(from.size());
@@ -205,9 +204,8 @@ void DeviceScene::replant(const From& from, const TrianglesOfMeshes& there) {
 /// Has one tree over the scene take the place of the trees of before.
 void DeviceScene::plant_flat(const TrianglesOfMeshes& there) {
   const Timer timer;
-  SceneTree built =
-      there.empty() ? build_tree(*gpu_, scene_.triangles, build_, false, {})
-                    : build_there(*gpu_, *there.begin()->second, 0, scene_.triangles.size(), build_);
+  SceneTree built = there.empty() ? build_tree(*gpu_, scene_.triangles, build_, false, {})
+                                  : build_there(*gpu_, *there.begin()->second, 0, scene_.triangles.size(), build_);
   gpu_->finish();
   drop_renderers();
   if (forest_) {
