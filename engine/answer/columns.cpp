@@ -82,7 +82,7 @@ void ColumnWriter::gather(DeviceTree& tree) {
   const std::vector<std::uint32_t> firsts =
       tree.forest() ? firsts_of(*tree.forest()) : std::vector{0u, std::uint32_t(tree.triangles().size())};
   Buffer<Triangle>& all = sized(corners_.own, gpu_, firsts.back(), "corners of triangles");
-  std::vector<Triangle> here;  // of meshes side by side that the host has
+  UnsetVector<Triangle> here;  // of meshes side by side that the host has
   const auto send = [&](std::size_t mesh) {
     if (!here.empty()) all.upload(here, firsts[mesh] - here.size());
     here.clear();

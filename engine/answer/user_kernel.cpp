@@ -205,8 +205,8 @@ UserInclude UserKernel::include() {
   return {p.flat, layout, set};
 }
 
-std::vector<Triangle> stand_ins(std::span<const Bounds> boxes) {
-  std::vector<Triangle> all;
+UnsetVector<Triangle> stand_ins(std::span<const Bounds> boxes) {
+  UnsetVector<Triangle> all;
   all.reserve(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const Bounds& box = boxes[i];

@@ -131,7 +131,7 @@ class UserKernel {
 /// Returns triangles that stand in for shapes of a user's in a scene, as his intersect() finds what rays meet of them:
 /// each has the bounds of a box, which is widened where it has no area. Throws Error(Arguments) for a box that ends
 /// before it starts or is NaN.
-std::vector<Triangle> stand_ins(std::span<const Bounds> boxes);
+UnsetVector<Triangle> stand_ins(std::span<const Bounds> boxes);
 
 /// Returns the sources of kernels of users that together make every call in every way, for a device.
 std::vector<KernelSource> user_sources(const DeviceInfo& device);

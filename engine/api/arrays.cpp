@@ -105,7 +105,7 @@ void HitArrays::write_geometry(std::size_t place, std::span<const Hit> hits) con
 
 /// Has the processor fetch the triangles whose normals are wanted, which lie anywhere, while other results are written.
 void HitArrays::fetch_triangles(std::span<const Hit> hits) const {
-  const std::vector<Triangle>& triangles = scene_.world->scene().triangles;
+  const UnsetVector<Triangle>& triangles = scene_.world->scene().triangles;
   for (const Hit& hit : hits)
     if (hit.prim != NO_HIT) {
       __builtin_prefetch(&triangles[hit.prim]);

@@ -4,6 +4,8 @@
 #include <array>
 #include <glm/vec3.hpp>
 
+#include "engine/core/unset.h"
+
 namespace ballot {
 
 using Triangle = std::array<glm::vec3, 3>;  // the vertices, in scene units; 36 bytes

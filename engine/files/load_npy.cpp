@@ -35,8 +35,8 @@ bool are_floats(const Rows& rows) { return rows.kind == 'f' && (rows.bytes == 4 
 bool are_integers(const Rows& rows) { return rows.kind == 'i' || rows.kind == 'u'; }
 
 /// Reads rows of floats; float64 is rounded.
-template <class Row>
-void read_floats(NpyFile& file, const Rows& rows, std::vector<Row>& to) {
+template <class Row, class Allocator>
+void read_floats(NpyFile& file, const Rows& rows, std::vector<Row, Allocator>& to) {
   static_assert(sizeof(Row) % sizeof(float) == 0);
   constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
   file.expect_items(rows.count, kWidth * rows.bytes, rows.bytes);

@@ -22,12 +22,12 @@ class Digest {
     for (int i = 0; i < 3; ++i) number(v[i]);
   }
   /// Hashes the size too, so that moving an item from one list to the next changes the digest.
-  template <class T, class Each>
-  void list(const std::vector<T>& items, Each each) {
+  template <class Items, class Each>
+  void list(const Items& items, Each each) {
     word(items.size());
-    for (const T& item : items) each(item);
+    for (const auto& item : items) each(item);
   }
-  void corners(const std::vector<std::array<glm::vec3, 3>>& items) {
+  void corners(std::span<const std::array<glm::vec3, 3>> items) {
     list(items, [&](const auto& t) {
       for (const glm::vec3& v : t) vector(v);
     });

@@ -115,11 +115,11 @@ std::uint64_t triangle_count(const Scene& scene) {
   return count;
 }
 
-std::vector<Triangle> world_triangles(const Scene& scene) {
+UnsetVector<Triangle> world_triangles(const Scene& scene) {
   if (!scene.instanced()) return scene.triangles;
   const std::uint64_t count = triangle_count(scene);
   need_memory(count * sizeof(Triangle), fmt::format("a list of the {} triangles of scene '{}'", count, scene.name));
-  std::vector<Triangle> all(count);
+  UnsetVector<Triangle> all(count);
   for_each_triangle(scene, [&](std::size_t placement, std::size_t triangle, std::uint32_t prim) {
     all[prim] = moved(scene.triangles[triangle], scene.instances.placements[placement].transform);
   });

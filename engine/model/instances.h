@@ -53,7 +53,7 @@ void for_each_triangle(const Scene& scene, const Visit& visit) {
 
 /// Returns all triangles in the world, by their prims; those that no query meets are points at zero. Throws Error(Work)
 /// if there is no memory for them.
-std::vector<Triangle> world_triangles(const Scene& scene);
+UnsetVector<Triangle> world_triangles(const Scene& scene);
 
 /// Returns the bounds of a mesh in its own space; zero if it has no triangle.
 Bounds bounds_of_mesh(const Scene& scene, std::size_t mesh);

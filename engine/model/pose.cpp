@@ -214,8 +214,8 @@ PosedCarried pose_carried(const Scene& scene, const NodePose& nodes) {
 namespace {
 
 /// Copies what of the scene's triangles or normals no part moves; into the memory at hand, if it suffices.
-template <class Item>
-void copy_still(std::span<const Item> from, bool all_move, std::vector<Item>& to) {
+template <class Item, class Allocator>
+void copy_still(std::span<const Item> from, bool all_move, std::vector<Item, Allocator>& to) {
   to.resize(from.size());
   if (!all_move) copy_parallel(from, std::span<Item>(to));
 }

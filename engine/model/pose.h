@@ -51,7 +51,7 @@ using VertexPoser = std::function<void(const PoseInput& input, std::span<PosedVe
 
 /// The parts of a scene that a pose changes.
 struct Pose {
-  std::vector<Triangle> triangles = {};
+  UnsetVector<Triangle> triangles = {};
   std::vector<std::array<glm::vec3, 3>> normals = {};
   std::vector<Light> lights;
   std::vector<View> views;

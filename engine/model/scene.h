@@ -38,7 +38,7 @@ struct Scene {
   std::string name;  // file name without folders and extension
   /// Mesh by mesh. In a flat scene they lie in the world, and the index is the prim of hits; numbering: see load.h.
   /// The lists that follow, up to shapes, are of these triangles.
-  std::vector<Triangle> triangles;
+  UnsetVector<Triangle> triangles;
   /// Unit normals, three per triangle; empty if no primitive of the file has normals.
   std::vector<std::array<glm::vec3, 3>> normals;
   std::vector<std::uint32_t> material_of;  // per triangle, an index into materials; empty: 0

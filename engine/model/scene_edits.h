@@ -10,7 +10,7 @@ namespace ballot {
 
 /// The triangles of a mesh that an edit brings.
 struct MeshGeometry {
-  std::vector<Triangle> triangles = {};             // finite
+  UnsetVector<Triangle> triangles = {};             // finite
   std::vector<std::array<glm::vec3, 3>> normals{};  // unit, three a triangle; none: those of the triangles
   std::vector<Shape> shapes{};                      // that the triangles stand in for; none: they are triangles
   ShapeKind kind = ShapeKind::Triangles;
@@ -23,7 +23,7 @@ struct MeshGeometry {
 struct SceneStructure {
   SceneInstances instances;
   bool replaces_arrays = false;  // the arrays that follow, as in Scene, are those of the meshes; else the scene's stay
-  std::vector<Triangle> triangles;  // of meshes that lie elsewhere: room
+  UnsetVector<Triangle> triangles;  // of meshes that lie elsewhere: room
   std::vector<std::array<glm::vec3, 3>> normals;
   std::vector<std::uint32_t> material_of;
   std::vector<Material> materials;

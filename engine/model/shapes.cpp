@@ -104,8 +104,8 @@ Triangle stand_in(const Bounds& box) {
   return triangle;
 }
 
-std::vector<Triangle> stand_ins(ShapeKind kind, std::span<const Shape> shapes) {
-  std::vector<Triangle> all(shapes.size());
+UnsetVector<Triangle> stand_ins(ShapeKind kind, std::span<const Shape> shapes) {
+  UnsetVector<Triangle> all(shapes.size());
   for_chunks(shapes.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const glm::vec3 at(shapes[i].a);

@@ -69,7 +69,7 @@ bool is_nothing(ShapeKind kind, const Shape& shape);
 /// widened where that triangle has no area.
 Triangle stand_in(const Bounds& box);
 /// Returns the triangles that stand in for shapes in trees; one without area for what nothing meets.
-std::vector<Triangle> stand_ins(ShapeKind kind, std::span<const Shape> shapes);
+UnsetVector<Triangle> stand_ins(ShapeKind kind, std::span<const Shape> shapes);
 
 /// Returns the normal that u and v of a shape's hit tell, where a transform moves it: outward, of length 1, by sums and
 /// products of double alone, which devices follow to the last bit. Zeros have no sign.

@@ -186,7 +186,7 @@ class DeviceScene {
   /// Error(Arguments) if the number differs or a vertex is not finite, Error(Work) if the tree cannot be built; the
   /// scene is then as it was. Ends the use of batches, films and the checker of before. Scenes with instances are
   /// refused with Error(Arguments).
-  std::vector<Triangle> move(std::vector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
+  UnsetVector<Triangle> move(UnsetVector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
 
   /// Moves the scene to a time of a clip of its animation: triangles, normals, lights and views. Times outside
   /// [0, seconds of the clip] mean the nearest inside. Skins and morph targets are evaluated on the device, with the
@@ -382,7 +382,7 @@ class DeviceScene {
   std::map<const UserText*, std::pair<bool, UserKernel>> kernels_;  // first: SceneFeatures::stored when it was made
   std::unique_ptr<Topology> topology_;
   std::unique_ptr<DevicePoser> poser_;               // made on first use
-  std::vector<Triangle> spare_triangles_;            // the same of a commit
+  UnsetVector<Triangle> spare_triangles_;            // the same of a commit
   Pose spare_pose_;                                  // of the last set_time() on the host, whose memory serves again
   std::unique_ptr<PosedTriangles> posed_;            // made on first use; null after triangles have moved otherwise
   std::map<std::size_t, IndexedTriangles> indexed_;  // of trees; made when a mesh first moves

@@ -17,7 +17,7 @@ struct DeviceScene::TreeMove {
   std::size_t tree;
   MeshExtents extents;                // of the moved triangles
   Buffer<Triangle>* there = nullptr;  // the moved triangles, in exchange for those of before; null: `here`
-  std::vector<Triangle> here = {};
+  UnsetVector<Triangle> here = {};
   std::optional<Buffer<Triangle>> sent = {};          // what `there` is if the host has sent them
   bool same_area = true;                              // of `here`: no triangle gains or loses its area
   std::vector<MovedVertices> asked = {};              // whose extents the device has not told yet
@@ -317,7 +317,7 @@ void DeviceScene::move_all(const SceneChange& change, UpdateMode mode) {
 void DeviceScene::move_flat(std::span<const MovedVertices> meshes, UpdateMode mode) {
   const OnHost here(meshes);
   for (const MovedVertices& m : here.meshes) check(m);
-  std::vector<Triangle> moved = std::move(spare_triangles_);
+  UnsetVector<Triangle> moved = std::move(spare_triangles_);
   moved.resize(scene().triangles.size());
   copy_parallel(std::span<const Triangle>(scene_.triangles), std::span(moved));
   for (const MovedVertices& m : here.meshes)

@@ -67,7 +67,7 @@ void DeviceScene::forget_shape() {
   update_ = {};
 }
 
-std::vector<Triangle> DeviceScene::move(std::vector<Triangle> triangles, UpdateMode mode) {
+UnsetVector<Triangle> DeviceScene::move(UnsetVector<Triangle> triangles, UpdateMode mode) {
   refuse_instances("an update of vertices");
   const Timer timer;
   late_.bring();

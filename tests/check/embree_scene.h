@@ -13,7 +13,7 @@ namespace ballot {
 
 class EmbreeScene {
  public:
-  explicit EmbreeScene(const std::vector<Triangle>& triangles) {
+  explicit EmbreeScene(const UnsetVector<Triangle>& triangles) {
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
     RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);

@@ -226,7 +226,7 @@ TEST_F(Trace, BadRayFiles) {
   bad.replace(bad.find("<f4"), 3, "<i4");
   write("rays.npy", bad);
   refuse(1, {"rays.npy", "<i4", "float32", "(n, 8)"}, args);
-  write_triangles(path("rays.npy"), std::vector<Triangle>(2));
+  write_triangles(path("rays.npy"), UnsetVector<Triangle>(2, Triangle{}));
   refuse(1, {"rays.npy", "(2, 3, 3)", "(n, 8)"}, args);
   write_hits(path("rays.npy"), std::vector<Hit>(2));
   refuse(1, {"rays.npy", "prim"}, args);

@@ -14,7 +14,7 @@
 
 namespace ballot::shapes {
 
-using Triangles = std::vector<Triangle>;
+using Triangles = UnsetVector<Triangle>;
 
 class Random {
  public:

@@ -38,7 +38,7 @@ class BvhCache : public testing::Test {
     std::ofstream(files().at(0), std::ios::binary | std::ios::trunc).write(bytes.data(), std::ssize(bytes));
   }
 
-  std::vector<Triangle> triangles_ = shapes::slivers(200);
+  UnsetVector<Triangle> triangles_ = shapes::slivers(200);
   const test::TemporaryFolder kept_;
   const fs::path folder_ = kept_.path() / "trees";
 };

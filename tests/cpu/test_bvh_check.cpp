@@ -34,7 +34,7 @@ class BvhCheck : public testing::Test {
     return 0;
   }
 
-  std::vector<Triangle> triangles_;
+  UnsetVector<Triangle> triangles_;
   Bvh good_;
 };
 

@@ -143,7 +143,7 @@ TEST(CacheFiles, FoldersThatCannotBeMadeCostTimeAlone) {
 TEST(CacheFiles, TreesInFoldersOfAllAreBuiltAgain) {
   const test::TemporaryFolder folder;
   const fs::path trees = folder.path() / "bvh";
-  const std::vector<Triangle> triangles = shapes::slivers(20);
+  const UnsetVector<Triangle> triangles = shapes::slivers(20);
   build_bvh_cached(triangles, {}, trees);
   EXPECT_TRUE(build_bvh_cached(triangles, {}, trees).stats.from_cache);
   fs::permissions(trees, kAll);

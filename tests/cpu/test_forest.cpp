@@ -13,7 +13,7 @@
 namespace ballot {
 namespace {
 
-Forest forest_of(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements) {
+Forest forest_of(std::vector<UnsetVector<Triangle>> meshes, std::span<const Placement> placements) {
   return Forest(std::move(meshes), placements,
                 [](std::span<const Triangle> t) { return build_bvh(t, {.builder = BuilderId::Balanced}); });
 }
@@ -222,7 +222,7 @@ TEST(Forest, MovesRefitTheTopLevelUntilItHasDecayed) {
   EXPECT_NE(references(), first);
   EXPECT_EQ(forest.top().cost, forest.top().built_cost);
   // Of one instance, and of none that can be hit, there is no node.
-  for (std::vector<Triangle> mesh : {shapes::sphere(1), std::vector<Triangle>()}) {
+  for (UnsetVector<Triangle> mesh : {shapes::sphere(1), UnsetVector<Triangle>()}) {
     Forest one = forest_of({std::move(mesh)}, std::vector<Placement>(1));
     const std::vector<Transform> to{diagonal(2, 2, 2)};
     one.move(to);

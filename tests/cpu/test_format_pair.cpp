@@ -19,7 +19,7 @@ namespace {
 class BvhDevice : public testing::TestWithParam<NodeLayout> {
  protected:
   // Follows both forms from the root and compares every box and every triangle.
-  static void expect_same(const Bvh& bvh, const PairTree& device, const std::vector<Triangle>& triangles) {
+  static void expect_same(const Bvh& bvh, const PairTree& device, const UnsetVector<Triangle>& triangles) {
     struct Step {
       std::uint32_t node, ref;
     };
@@ -64,7 +64,7 @@ class BvhDevice : public testing::TestWithParam<NodeLayout> {
   }
 
   static void expect_leaf(const BvhNode& node, std::uint32_t ref, const Bvh& bvh, const PairTree& device,
-                          const std::vector<Triangle>& triangles) {
+                          const UnsetVector<Triangle>& triangles) {
     ASSERT_EQ(leaf_count(ref), node.count);
     std::uint32_t texel = leaf_texel(ref);
     ASSERT_EQ(device.leaves[texel].w, node.count);

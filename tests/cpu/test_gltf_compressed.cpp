@@ -34,7 +34,7 @@ Grid wavy() {
 }
 
 /// Returns the triangles of the grid, as a file without compression has them.
-std::vector<Triangle> plain(const Grid& grid) {
+UnsetVector<Triangle> plain(const Grid& grid) {
   GltfBuilder b;
   const int positions = b.vec3(grid.positions);
   b.mesh(positions);
@@ -44,7 +44,7 @@ std::vector<Triangle> plain(const Grid& grid) {
 }
 
 /// Triangles without their order, and without the corner that each begins with.
-std::vector<std::array<float, 9>> unordered(const std::vector<Triangle>& triangles) {
+std::vector<std::array<float, 9>> unordered(const UnsetVector<Triangle>& triangles) {
   std::vector<std::array<float, 9>> all;
   for (const Triangle& t : triangles) {
     std::array<std::array<float, 9>, 3> turned{};
@@ -94,7 +94,7 @@ class Compressed : public ::testing::Test {
   }
 
   void draco_grid(int method, int bits) {
-    const std::vector<Triangle> triangles = plain(grid);
+    const UnsetVector<Triangle> triangles = plain(grid);
     draco::TriangleSoupMeshBuilder builder;
     builder.Start(int(triangles.size()));
     const int attribute = builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);

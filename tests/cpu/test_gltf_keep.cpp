@@ -49,7 +49,7 @@ TEST(GltfKeep, TheSameTrianglesAsOfCopies) {
   EXPECT_EQ(kept.instances.placements.size(), 7u);
   EXPECT_EQ(kept.triangles.size(), 7u);
   EXPECT_EQ(triangle_count(kept), copied.triangles.size());
-  const std::vector<Triangle> world = world_triangles(kept);
+  const UnsetVector<Triangle> world = world_triangles(kept);
   ASSERT_EQ(world.size(), copied.triangles.size());
   std::size_t count = 0;
   for_each_triangle(kept, [&](std::size_t, std::size_t triangle, std::uint32_t prim) {
@@ -121,7 +121,7 @@ TEST(GltfKeep, MatricesThatCannotBePlacedAreCopied) {
   EXPECT_EQ(triangle_count(scene), 6u);
   ASSERT_EQ(scene.notes.size(), 1u);
   EXPECT_NE(scene.notes[0].find("3 instances were copied"), std::string::npos);
-  const std::vector<Triangle> world = world_triangles(scene), copies = b.load(kCopy).triangles;
+  const UnsetVector<Triangle> world = world_triangles(scene), copies = b.load(kCopy).triangles;
   EXPECT_EQ(world, copies);
 }
 

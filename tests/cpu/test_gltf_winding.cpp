@@ -53,7 +53,7 @@ double volume_of(std::span<const Triangle> triangles) {
 /// Expects boxes of this volume in all, and that each corner has what the file gives it. In a flat scene `mesh_from`
 /// leads from the world to the box.
 void expect_boxes(const Scene& scene, double volume, const glm::dmat4& mesh_from = glm::dmat4(1)) {
-  const std::vector<Triangle> world = world_triangles(scene);
+  const UnsetVector<Triangle> world = world_triangles(scene);
   const Topology t = topology_of(world);
   EXPECT_TRUE(t.closed() && t.consistently_wound());
   EXPECT_NEAR(volume_of(world), volume, 1e-5 * volume);
@@ -90,7 +90,7 @@ TEST(GltfWinding, TwoMirrorsAboveEachOtherCancel) {
   b.node({{"mesh", 0}, {"translation", {20, 0, 0}}});
   b.json["scenes"] = {{{"nodes", {0}}}};
   for (const InstancePolicy policy : kPolicies) {
-    const std::vector<Triangle> world = world_triangles(b.load({.instances = policy}));
+    const UnsetVector<Triangle> world = world_triangles(b.load({.instances = policy}));
     EXPECT_NEAR(volume_of(std::span(world).first(12)), kVolume, 1e-5);
     EXPECT_NEAR(volume_of(std::span(world).last(12)), kVolume, 1e-4);
     EXPECT_TRUE(topology_of(world).consistently_wound());
@@ -108,7 +108,7 @@ TEST(GltfWinding, AHalfAndItsMirrorImageAreClosed) {
   b.node({{"mesh", 0}});
   b.node({{"mesh", 0}, {"scale", {-1, 1, 1}}});
   for (const InstancePolicy policy : kPolicies) {
-    const std::vector<Triangle> world = world_triangles(b.load({.instances = policy}));
+    const UnsetVector<Triangle> world = world_triangles(b.load({.instances = policy}));
     const Topology t = topology_of(world);
     EXPECT_TRUE(t.closed() && t.manifold() && t.consistently_wound());
     EXPECT_NEAR(volume_of(world), 2 * kVolume, 1e-5);
@@ -229,7 +229,7 @@ TEST(GltfWinding, KeptInstancesThatAreHidden) {
   ASSERT_TRUE(kept.instanced());
   const std::size_t triangles = world_triangles(kept).size();
   set_pose(kept, &kept.animation->clips[0], 1.0);
-  const std::vector<Triangle> hidden = world_triangles(kept);
+  const UnsetVector<Triangle> hidden = world_triangles(kept);
   ASSERT_EQ(hidden.size(), triangles);
   for (std::size_t t = triangles / 2; t < triangles; ++t)
     for (const glm::vec3& v : hidden[t]) EXPECT_LT(glm::length(v), 1e-15f);

@@ -88,7 +88,7 @@ void write_stl(const TemporaryFolder& folder, const LoadedGrid& grid) {
 }
 
 void write_npy(const TemporaryFolder& folder, const LoadedGrid& grid) {
-  std::vector<Triangle> triangles(grid.indices.size() / 3);
+  UnsetVector<Triangle> triangles(grid.indices.size() / 3);
   for (std::size_t i = 0; i < grid.indices.size(); ++i)
     std::memcpy(&triangles[i / 3][i % 3], &grid.at[3 * grid.indices[i]], 12);
   write_triangles(folder.path() / "grid.npy", triangles);

@@ -46,7 +46,7 @@ constexpr std::string_view kMeshText =
 
 TEST(Ply, TextWithOtherProperties) {
   const Scene scene = load_mesh("a.ply", kMeshText);
-  EXPECT_EQ(scene.triangles, (std::vector{kFirst, kSecond}));
+  EXPECT_EQ(scene.triangles, (UnsetVector<Triangle>{kFirst, kSecond}));
   EXPECT_TRUE(scene.normals.empty());
   EXPECT_TRUE(scene.material_of.empty());  // one material
 }
@@ -85,7 +85,7 @@ TEST(Ply, ElementsOfAnyOrder) {
                     points = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n", indices = "3 0 1 3\n3 1 2 3\n";
   const std::string first =
       head + faces + "element edge 1\nproperty int a\n" + std::string(kMeshVertices) + "end_header\n" + indices + "7\n";
-  EXPECT_EQ(load_mesh("a.ply", first + points).triangles, (std::vector{kFirst, kSecond}));
+  EXPECT_EQ(load_mesh("a.ply", first + points).triangles, (UnsetVector<Triangle>{kFirst, kSecond}));
   refuse_mesh("a.ply", first + points.substr(6), {"the file ends"});
   const std::string wrong = head + faces + std::string(kMeshVertices) + "end_header\n3 0 1 3\n3 1 4 3\n" + points;
   refuse_mesh("a.ply", wrong, {"face 1 names vertex 4, but the file has 4"});
@@ -97,7 +97,7 @@ TEST(Ply, ElementsOfAnyOrder) {
   for (const std::uint32_t value : {3u, 0u, 1u, 3u, 3u, 1u, 2u, 3u}) add_bytes(binary, value);
   for (const auto& [x, y] : {std::pair(0.f, 0.f), {1.f, 0.f}, {1.f, 1.f}, {0.f, 1.f}})
     add_bytes(binary, x), add_bytes(binary, y), add_bytes(binary, 0.0);
-  EXPECT_EQ(load_mesh("a.ply", binary).triangles, (std::vector{kFirst, kSecond}));
+  EXPECT_EQ(load_mesh("a.ply", binary).triangles, (UnsetVector<Triangle>{kFirst, kSecond}));
   std::string ten =
       "ply\rformat binary_little_endian 1.0\relement x 1\rproperty uchar a\r" + with_cr(kMeshVertices) +
       "element face 1\rproperty list uchar uchar vertex_indices\rend_header\r\n";  // data begin with byte 10
@@ -128,11 +128,11 @@ TEST(Ply, LinesOfOtherLengths) {
                            "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
   const Scene longer =
       load_mesh("a.ply", head + "0 0 0 255 255\n1 0 0 9\n\n1 1 0\n0 1 0 1\n3 0 1 3 6 0 0 1 1 0 1\n3 1 2 3\n");
-  EXPECT_EQ(longer.triangles, (std::vector{kFirst, kSecond}));
+  EXPECT_EQ(longer.triangles, (UnsetVector<Triangle>{kFirst, kSecond}));
   EXPECT_EQ(longer.notes,
             std::vector<std::string>{"Lines hold more numbers than the header names; those behind were left out."});
   const char* several = "0 0 0 1 0 0\n1 1 0 0 1 0\n3 0 1 3 3 1 2 3\n";  // elements of a line
-  EXPECT_EQ(load_mesh("a.ply", head + several).triangles, (std::vector{kFirst, kSecond}));
+  EXPECT_EQ(load_mesh("a.ply", head + several).triangles, (UnsetVector<Triangle>{kFirst, kSecond}));
 }
 
 TEST(Ply, WhatChangesTheLookIsRead) {
@@ -216,12 +216,12 @@ TEST(Ply, ColoursOfVertices) {
 }
 
 TEST(Stl, BinaryAndText) {
-  EXPECT_EQ(load_mesh("a.stl", binary_stl(2)).triangles, (std::vector{kFirst, kSecond}));
+  EXPECT_EQ(load_mesh("a.stl", binary_stl(2)).triangles, (UnsetVector<Triangle>{kFirst, kSecond}));
   const std::string text =
       "solid a name of words\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1.0e0 0 0\n"
       "   vertex 0 +1 0\n  endloop\n endfacet\nendsolid a name\n";
   const Scene scene = load_mesh("a.STL", text);
-  EXPECT_EQ(scene.triangles, std::vector{kFirst});
+  EXPECT_EQ(scene.triangles, UnsetVector<Triangle>{kFirst});
   EXPECT_TRUE(scene.normals.empty());
 }
 
@@ -245,7 +245,7 @@ TEST(Stl, TextInTheWild) {
         changed("solid a b\n" + first + "endsolid a b\nsolid b\n" + second + "endsolid b\n", one_line),
         "solid a\n" + first + "endsolid a\nsolid empty\nendsolid empty\nsolid\n" + second + "endsolid"}) {
     const Scene scene = load_mesh("a.stl", text);
-    EXPECT_EQ(scene.triangles, (std::vector{kFirst, kSecond})) << text;
+    EXPECT_EQ(scene.triangles, (UnsetVector<Triangle>{kFirst, kSecond})) << text;
     EXPECT_TRUE(scene.notes.empty());
   }
   for (std::size_t end = 1; end < plain.size(); ++end)  // only the name of the end may be cut
@@ -293,8 +293,8 @@ TEST(ArraysOfTriangles, BothTypesAndShapes) {
       for (int axis = 0; axis < 3; ++axis) add_bytes(bytes, decltype(zero)(v[axis]));
     return bytes;
   };
-  EXPECT_EQ(load_mesh("a.npy", file("<f4", "(1, 3, 3)", 0.f)).triangles, std::vector{kFirst});
-  EXPECT_EQ(load_mesh("a.npy", file("<f8", "(1, 9)", 0.)).triangles, std::vector{kFirst});
+  EXPECT_EQ(load_mesh("a.npy", file("<f4", "(1, 3, 3)", 0.f)).triangles, UnsetVector<Triangle>{kFirst});
+  EXPECT_EQ(load_mesh("a.npy", file("<f8", "(1, 9)", 0.)).triangles, UnsetVector<Triangle>{kFirst});
   refuse_mesh("a.npy", file("<f4", "(3, 3)", 0.f), {"a.npy", "expected triangles", "(n, 3, 3)"});
   refuse_mesh("a.npy", file("<i4", "(1, 9)", 0), {"a.npy", "expected triangles"});
   refuse_mesh("a.npy", file("<f4", "(2, 9)", 0.f), {"a.npy"});

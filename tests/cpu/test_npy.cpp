@@ -136,7 +136,7 @@ TEST_F(Npy, HitsComeBackBitForBit) {
 }
 
 TEST_F(Npy, TrianglesSayTheirShape) {
-  write_triangles(path_, std::vector<Triangle>(5));
+  write_triangles(path_, UnsetVector<Triangle>(5, Triangle{}));
   const auto bytes = read_file(path_);
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   EXPECT_NE(text.find("'descr': '<f4', 'fortran_order': False, 'shape': (5, 3, 3), }"), std::string::npos);

@@ -94,9 +94,9 @@ const Triangle kNpzTriangle{glm::vec3(0, 0, 0), glm::vec3(1, 0, 0), glm::vec3(0,
 TEST(Npz, TrianglesStoredAndDeflated) {
   for (const bool compress : {false, true}) {
     const std::string soup = npy_array("<f4", "(1, 3, 3)", kNpzSoup);
-    EXPECT_EQ(load_npz_of(zipped({{"arr_0.npy", soup}}, compress)).triangles, std::vector{kNpzTriangle});
+    EXPECT_EQ(load_npz_of(zipped({{"arr_0.npy", soup}}, compress)).triangles, UnsetVector<Triangle>{kNpzTriangle});
     EXPECT_EQ(load_npz_of(zipped({{"x.npy", "no"}, {"triangles.npy", soup}}, compress)).triangles,
-              std::vector{kNpzTriangle});
+              UnsetVector<Triangle>{kNpzTriangle});
   }
 }
 
@@ -106,7 +106,7 @@ TEST(Npz, VerticesAndFaces) {
   const auto triangles_of = [&](const std::string& points, const std::string& name, const std::string& faces) {
     return load_npz_of(zipped({{"vertices.npy", points}, {name, faces}}, true)).triangles;
   };
-  const std::vector<Triangle> expected{kNpzTriangle, {kNpzTriangle[1], glm::vec3(1, 1, 0), kNpzTriangle[2]}};
+  const UnsetVector<Triangle> expected{kNpzTriangle, {kNpzTriangle[1], glm::vec3(1, 1, 0), kNpzTriangle[2]}};
   EXPECT_EQ(
       triangles_of(vertices, "faces.npy", npy_array("<i8", "(2, 3)", std::vector<std::int64_t>{0, 1, 2, 1, 3, 2})),
       expected);
@@ -123,7 +123,7 @@ TEST(Npz, FortranOrder) {
   EXPECT_EQ(load_npz_of(zipped({{"vertices.npy", turned(npy_array("<f4", "(4, 3)", by_columns))},
                                 {"faces.npy", turned(npy_array("<i4", "(2, 3)", faces))}}))
                 .triangles,
-            (std::vector<Triangle>{kNpzTriangle, {kNpzTriangle[1], glm::vec3(1, 1, 0), kNpzTriangle[2]}}));
+            (UnsetVector<Triangle>{kNpzTriangle, {kNpzTriangle[1], glm::vec3(1, 1, 0), kNpzTriangle[2]}}));
   // Two triangles of (n, 3, 3): number 9 n + 3 i + j of the second axis i and the third j.
   std::vector<float> soup(18);
   for (int n = 0; n < 2; ++n)

@@ -22,7 +22,7 @@ void expect_near(const glm::vec3& found, const glm::dvec3& expected) {
 }
 
 TEST(Pseudonormals, OfATriangleAreItsNormal) {
-  const std::vector<Triangle> one{{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}}};
+  const UnsetVector<Triangle> one{{{{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}}};
   const auto all = pseudonormals_of(one);
   const double angles[] = {pi / 2, pi / 4, pi / 4};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -57,7 +57,7 @@ TEST(Pseudonormals, TrianglesWithoutAreaAddNothing) {
 }
 
 TEST(Pseudonormals, MinusZeroIsZero) {
-  const std::vector<Triangle> two{{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}, {{{0, 0, 0}, {0, -0.f, 1}, {1, -0.f, -0.f}}}};
+  const UnsetVector<Triangle> two{{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}}, {{{0, 0, 0}, {0, -0.f, 1}, {1, -0.f, -0.f}}}};
   const auto all = pseudonormals_of(two);
   expect_near(of(all, 0)[PART_EDGE], {0, 1, 1});
   expect_near(of(all, 1)[PART_EDGE + 2], {0, 1, 1});

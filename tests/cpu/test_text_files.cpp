@@ -9,7 +9,7 @@ namespace ballot::test {
 namespace {
 
 constexpr std::string_view kMark = "\xEF\xBB\xBF";
-const std::vector<Triangle> kOne{{glm::vec3{0, 0, 0}, glm::vec3{1, 0, 0}, glm::vec3{0, 1, 0}}};
+const UnsetVector<Triangle> kOne{{glm::vec3{0, 0, 0}, glm::vec3{1, 0, 0}, glm::vec3{0, 1, 0}}};
 
 /// Files of one triangle, by name.
 std::vector<std::pair<std::string, std::string>> texts() {

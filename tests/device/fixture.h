@@ -26,7 +26,7 @@ class DeviceTest : public testing::Test {
 
   /// Triangles, their tree, a tracer that holds both on the device, and the oracle over the uploaded arrays.
   struct Traced {
-    std::vector<Triangle> triangles;
+    UnsetVector<Triangle> triangles;
     Bvh bvh;
     std::unique_ptr<Tracer> tracer;
     std::unique_ptr<Oracle> oracle;
@@ -40,7 +40,7 @@ class DeviceTest : public testing::Test {
     return own;
   }
   /// Builds the tree, expects that check_bvh() finds no fault in it, and uploads it.
-  static std::unique_ptr<Traced> make(Context& gpu, std::vector<Triangle> triangles, const BuildSettings& settings = {},
+  static std::unique_ptr<Traced> make(Context& gpu, UnsetVector<Triangle> triangles, const BuildSettings& settings = {},
                                       Facts facts = Facts::OfMostTrees) {
     auto t = std::make_unique<Traced>();
     t->triangles = std::move(triangles);

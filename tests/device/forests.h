@@ -22,7 +22,7 @@ inline Transform turned(float a, float b, const glm::vec3& scale, const glm::vec
                    glm::vec3(s, c * -e, c * d) * scale.z, at);
 }
 
-inline std::vector<std::vector<Triangle>> three_meshes() {
+inline std::vector<UnsetVector<Triangle>> three_meshes() {
   return {shapes::sphere(3), shapes::soup(700, 0.2f), {}, shapes::grid(9), shapes::soup(1, 1)};
 }
 
@@ -44,7 +44,7 @@ inline std::vector<Placement> twelve_instances() {
 
 inline BuildSettings quick() { return {.builder = BuilderId::Balanced}; }
 
-inline Forest make_forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements) {
+inline Forest make_forest(std::vector<UnsetVector<Triangle>> meshes, std::span<const Placement> placements) {
   return Forest(std::move(meshes), placements, [](std::span<const Triangle> t) { return build_bvh(t, quick()); });
 }
 

@@ -93,7 +93,7 @@ inline std::vector<Shape> random_shapes(ShapeKind kind, std::size_t count, float
 struct ShapeMesh {
   ShapeKind kind = ShapeKind::Triangles;
   std::vector<Shape> shapes = {};
-  std::vector<Triangle> triangles = {};
+  UnsetVector<Triangle> triangles = {};
 };
 
 /// Returns a scene of meshes with these placements.

@@ -33,8 +33,8 @@ struct Sheet {
       }
     return all;
   }
-  std::vector<Triangle> triangles(float phase) const {
-    std::vector<Triangle> all(corners.size() / 3);
+  UnsetVector<Triangle> triangles(float phase) const {
+    UnsetVector<Triangle> all(corners.size() / 3);
     expand(corners, positions(phase), all);
     return all;
   }
@@ -47,7 +47,7 @@ inline Scene scene_of(const std::vector<Sheet>& sheets, Made made) {
   scene.name = "sheets";
   scene.instances.first = {0};
   for (const Sheet& s : sheets) {
-    const std::vector<Triangle> triangles = s.triangles(0);
+    const UnsetVector<Triangle> triangles = s.triangles(0);
     scene.triangles.insert(scene.triangles.end(), triangles.begin(), triangles.end());
     scene.instances.first.push_back(scene.triangles.size());
   }

@@ -137,12 +137,12 @@ TEST_F(Auto, TheFasterOfTwoIsKept) {
 }
 
 TEST(AutoTable, EvenTrianglesCountAllOfOneSize) {
-  std::vector<Triangle> same(100, Triangle{glm::vec3(0), glm::vec3(1, 0, 0), glm::vec3(0, 1, 0)});
+  UnsetVector<Triangle> same(100, Triangle{glm::vec3(0), glm::vec3(1, 0, 0), glm::vec3(0, 1, 0)});
   EXPECT_NEAR(even_triangles(same), 100, 1e-6);
   same.push_back({glm::vec3(0), glm::vec3(1e4f, 0, 0), glm::vec3(0, 1e4f, 0)});  // a wall
   EXPECT_NEAR(even_triangles(same), 1.02, 0.01);
   EXPECT_EQ(even_triangles({}), 0);
-  const std::vector<Triangle> many(1 << 18, same[0]);
+  const UnsetVector<Triangle> many(1 << 18, same[0]);
   EXPECT_NEAR(even_triangles(many), 1 << 18, 1);
 }
 

@@ -195,7 +195,7 @@ INSTANTIATE_TEST_SUITE_P(Hard, HardCases, testing::ValuesIn(cases()), test_name)
 /// A tree that is a single chain, deeper than any that the builder makes. Each level has one triangle, and each
 /// triangle lies within the next.
 struct Chain {
-  std::vector<Triangle> triangles;
+  UnsetVector<Triangle> triangles;
   Bvh bvh;
 };
 

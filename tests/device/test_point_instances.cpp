@@ -20,7 +20,7 @@ constexpr float kNoEnd = std::numeric_limits<float>::infinity();
 const PointQuery kWays[] = {{}, {.sides = true}, {.exact = true, .sides = true}};
 
 /// Points in and about moved triangles, on them, at their corners and edges, and some with limits.
-std::vector<ProbePoint> points_by(const std::vector<Triangle>& triangles, std::size_t count) {
+std::vector<ProbePoint> points_by(const UnsetVector<Triangle>& triangles, std::size_t count) {
   shapes::Random random(41);
   std::vector<ProbePoint> points;
   while (points.size() < count) {
@@ -40,7 +40,7 @@ std::vector<ProbePoint> points_by(const std::vector<Triangle>& triangles, std::s
 
 struct Placed {
   const char* name;
-  std::vector<std::vector<Triangle>> meshes;
+  std::vector<UnsetVector<Triangle>> meshes;
   std::vector<Placement> placements;
 };
 
@@ -109,7 +109,7 @@ TEST_F(PointInstances, FindWhatOneTreeOverTheMovedTrianglesFinds) {
   for (Placed& scene : placed_scenes()) {
     SCOPED_TRACE(scene.name);
     Forest forest = make_forest(std::move(scene.meshes), scene.placements);
-    const std::vector<Triangle> world = moved_triangles(forest);
+    const UnsetVector<Triangle> world = moved_triangles(forest);
     const std::vector<ProbePoint> points = points_by(world, 2000);
     const auto flat = make(*gpu_, world);
     PointQueries one(*gpu_, flat->tracer->tree());
@@ -174,13 +174,13 @@ double inside_bound(const Forest& forest, const glm::vec3& p) {
 }
 
 TEST_F(PointInstances, InsideIsThatOfAnOddNumberOfMeshes) {
-  const std::vector<std::vector<Triangle>> meshes{shapes::sphere(3), shapes::box({-1, -0.5f, -2}, {1, 0.5f, 2}), {}};
+  const std::vector<UnsetVector<Triangle>> meshes{shapes::sphere(3), shapes::box({-1, -0.5f, -2}, {1, 0.5f, 2}), {}};
   std::vector<Placement> placements;
   for (const Placed& scene : placed_scenes())
     for (const Placement& p : scene.placements)
       if (placements.size() < 60) placements.push_back({p.mesh % 3, p.transform});
   Forest forest = make_forest(meshes, placements);
-  const std::vector<Triangle> world = moved_triangles(forest);
+  const UnsetVector<Triangle> world = moved_triangles(forest);
   const std::vector<ProbePoint> points = points_by(world, 1500);
   const ExactClosestPoints distances{OracleScene(forest)};
   const Answers near = ask(forest, points, {}), exact = ask(forest, points, {.exact = true});

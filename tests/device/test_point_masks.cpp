@@ -20,7 +20,7 @@ using Lists = std::vector<std::vector<Within>>;
 
 class PointMasks : public Builders {
  protected:
-  static std::vector<ProbePoint> points_by(const std::vector<Triangle>& triangles, std::size_t count) {
+  static std::vector<ProbePoint> points_by(const UnsetVector<Triangle>& triangles, std::size_t count) {
     shapes::Random random(83);
     std::vector<ProbePoint> points;
     while (points.size() < count) {
@@ -83,7 +83,7 @@ class PointMasks : public Builders {
     }
     gpu_->stream_ring().reset();
   }
-  static void check(PointQueries& queries, const std::vector<Triangle>& world, const char* name) {
+  static void check(PointQueries& queries, const UnsetVector<Triangle>& world, const char* name) {
     SCOPED_TRACE(name);
     const std::vector<ProbePoint> points = points_by(world, 1500);
     const Words of_points = words(points.size(), 4), of_triangles = words(world.size(), 4);
@@ -114,7 +114,7 @@ class PointMasks : public Builders {
     EXPECT_GT(none, points.size() / 4);
     EXPECT_LT(none, points.size() / 2);
   }
-  static void check_streams(PointQueries& queries, const std::vector<Triangle>& world) {
+  static void check_streams(PointQueries& queries, const UnsetVector<Triangle>& world) {
     check(queries, world, "as the device does");
     gpu_->stream_ring().reset();
     StreamRing::of(*gpu_).act_as_gpu(500);
@@ -132,7 +132,7 @@ TEST_F(PointMasks, LeaveOutTriangles) {
 
 TEST_F(PointMasks, AmongInstances) {
   Forest forest = make_forest(three_meshes(), twelve_instances());
-  const std::vector<Triangle> world = moved_triangles(forest);
+  const UnsetVector<Triangle> world = moved_triangles(forest);
   DeviceTree tree(*gpu_, forest);
   PointQueries queries(*gpu_, tree);
   check_streams(queries, world);

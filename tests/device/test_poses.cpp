@@ -100,7 +100,7 @@ TEST_F(Poses, TrianglesThatStayOnTheDevice) {
     EXPECT_EQ(world.scene_facts().bounds.lo, here.bounds.lo);
     EXPECT_EQ(world.scene_facts().bounds.hi, here.bounds.hi);
     const Buffer<Triangle>& moved = world.tracer().tree().built()->triangles();
-    std::vector<Triangle> triangles(moved.size());
+    UnsetVector<Triangle> triangles(moved.size());
     moved.download(triangles);
     EXPECT_EQ(triangles, here.triangles);
     DeviceScene fresh(here, there);
@@ -149,7 +149,7 @@ TEST_F(Poses, MirroredPartsTurnTheirCorners) {
     Scene here = b.load();
     set_pose(here, &here.animation->clips[0], seconds);
     const Buffer<Triangle>& moved = world.tracer().tree().built()->triangles();
-    std::vector<Triangle> triangles(moved.size());
+    UnsetVector<Triangle> triangles(moved.size());
     moved.download(triangles);
     EXPECT_EQ(triangles, here.triangles);
     DeviceScene fresh(here, there);
@@ -165,7 +165,7 @@ TEST_F(Poses, MirroredPartsTurnTheirCorners) {
 
 TEST_F(Poses, WrongTimesLeaveTheSceneAsItWas) {
   DeviceScene world(dance(), on(std::make_shared<Context>(options())));
-  const std::vector<Triangle> rest = world.scene().triangles;
+  const UnsetVector<Triangle> rest = world.scene().triangles;
   for (const auto& [clip, seconds] : {std::pair(std::size_t{2}, 0.0), {0u, std::nan("")}, {0u, HUGE_VAL}}) {
     try {
       world.set_time(clip, seconds);

@@ -125,7 +125,7 @@ class UserShapes : public UserHooks {
     for (std::size_t i = 0; i < count; ++i) all.emplace_back(random.point(1), random.in(0.01f, 0.2f));
     return all;
   }
-  static std::vector<Triangle> stand_ins_of(const std::vector<glm::vec4>& spheres) {
+  static UnsetVector<Triangle> stand_ins_of(const std::vector<glm::vec4>& spheres) {
     std::vector<Bounds> boxes;
     for (const glm::vec4& s : spheres) boxes.push_back({glm::vec3(s) - s.w * 1.001f, glm::vec3(s) + s.w * 1.001f});
     return stand_ins(boxes);

@@ -66,7 +66,7 @@ TEST_F(UserKernels, HaveTheAnswersOfTheBuiltInKernelsAmongInstances) {
   Forest forest = forests::make_forest(forests::three_meshes(), forests::twelve_instances());
   Tracer tracer(*gpu_, forest);
   const Bounds bounds = forest.top_facts().bounds;
-  std::vector<Triangle> world;
+  UnsetVector<Triangle> world;
   for (std::uint32_t i = 0; i < forest.triangle_count(); ++i) world.push_back(forest.triangle(forest.place_of(i)));
   expect_built_in_answers(tracer, forests::rays_for(forest, 3000), probes_about(world, bounds));
 }

@@ -7,7 +7,7 @@
 namespace ballot {
 namespace {
 
-Scene scene_of(std::vector<Triangle> triangles) {
+Scene scene_of(UnsetVector<Triangle> triangles) {
   Scene scene;
   scene.name = "shapes";
   scene.triangles = std::move(triangles);
@@ -16,7 +16,7 @@ Scene scene_of(std::vector<Triangle> triangles) {
 }
 
 TEST(Verify, WatertightAnswersStayWithinTheBound) {
-  const std::vector<Triangle> triangles = shapes::sphere(3);
+  const UnsetVector<Triangle> triangles = shapes::sphere(3);
   DeviceScene world(scene_of(triangles), {.device = "", .validate = true, .build = {}, .use_cache = false});
   std::vector<Ray> rays = shapes::edge_rays(triangles, 2000, {0.1f, 0.2f, 0});
   for (const Ray& ray : shapes::random_rays(2000)) rays.push_back(ray);

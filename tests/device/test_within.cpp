@@ -79,17 +79,17 @@ class WithinRadius : public Builders {
     expect_there(queries, points, all);
     return all;
   }
-  static Lists lists(const std::vector<Triangle>& triangles, std::span<const ProbePoint> points,
+  static Lists lists(const UnsetVector<Triangle>& triangles, std::span<const ProbePoint> points,
                      const BuildSettings& settings = {}) {
     const auto t = make(*gpu_, triangles, settings);
     PointQueries queries(*gpu_, t->tracer->tree());
     return lists(queries, points);
   }
   /// Returns what each triangle's own tree tells of its distance.
-  static Lists one_by_one(const std::vector<Triangle>& triangles, std::span<const ProbePoint> points) {
+  static Lists one_by_one(const UnsetVector<Triangle>& triangles, std::span<const ProbePoint> points) {
     Lists all(points.size());
     for (std::uint32_t k = 0; k < triangles.size(); ++k) {
-      const auto t = make(*gpu_, std::vector<Triangle>{triangles[k]});
+      const auto t = make(*gpu_, UnsetVector<Triangle>{triangles[k]});
       PointQueries queries(*gpu_, t->tracer->tree());
       std::vector<Nearest> nearest(points.size());
       queries.nearest(points, nearest);
@@ -102,7 +102,7 @@ class WithinRadius : public Builders {
 };
 
 /// Points in and about triangles, at corners, on edges, and far away, with limits of many sizes.
-std::vector<ProbePoint> points_by(const std::vector<Triangle>& triangles, std::size_t count) {
+std::vector<ProbePoint> points_by(const UnsetVector<Triangle>& triangles, std::size_t count) {
   shapes::Random random(71);
   std::vector<ProbePoint> points;
   const auto add = [&](const glm::vec3& at, float size) {
@@ -198,7 +198,7 @@ TEST_F(WithinRadius, MayHoldMany) {
 
 TEST_F(WithinRadius, AmongInstancesIsThatOfTheMovedTriangles) {
   Forest forest = make_forest(three_meshes(), twelve_instances());
-  const std::vector<Triangle> world = moved_triangles(forest);
+  const UnsetVector<Triangle> world = moved_triangles(forest);
   std::vector<ProbePoint> points = points_by(world, 400);
   for (std::size_t i = 0; i < points.size(); ++i)
     if (points[i].limit == kNoEnd && i % 7) points[i].limit = 0.5f;

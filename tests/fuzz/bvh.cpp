@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<Triangle>& triangles() {
-  static const std::vector<Triangle> all = shapes::slivers(12);
+const UnsetVector<Triangle>& triangles() {
+  static const UnsetVector<Triangle> all = shapes::slivers(12);
   return all;
 }
 

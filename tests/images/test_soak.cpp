@@ -120,7 +120,7 @@ class Work {
              }},
         [&](std::uint64_t, std::span<const std::uint32_t>, std::span<const Hit> hits) { crossings += hits.size(); });
     EXPECT_GT(crossings, 0u);
-    std::vector<Triangle> moved = world.scene().triangles;
+    UnsetVector<Triangle> moved = world.scene().triangles;
     for (Triangle& t : moved)
       for (glm::vec3& v : t) v += 0.01f;
     world.move(std::move(moved));

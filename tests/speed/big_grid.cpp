@@ -61,7 +61,7 @@ Ray ray_to(const Grid& grid, std::uint64_t i) {
 
 void make(const Args& args) {
   const Grid grid{args.side};
-  std::vector<Triangle> triangles(grid.triangles());
+  UnsetVector<Triangle> triangles(grid.triangles());
   for_chunks(triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) triangles[i] = grid.triangle(i);
   });

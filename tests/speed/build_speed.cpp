@@ -49,7 +49,7 @@ Scene wavy_grid(std::uint32_t count) {
 }
 
 /// Moves every vertex a little up and down, as a wave does.
-void make_waves(std::vector<Triangle>& triangles, const Bounds& bounds) {
+void make_waves(UnsetVector<Triangle>& triangles, const Bounds& bounds) {
   const glm::vec3 sides = bounds.hi - bounds.lo;
   const float longest = std::max({sides.x, sides.y, sides.z}), height = 0.01f * longest, waves = 40 / longest;
   for (Triangle& t : triangles)
@@ -153,7 +153,7 @@ void measure_wide_trees(Context& gpu, const Scene& scene, const Args& args) {
 /// Prints the device's time of each pass, and the wall time until the tree is written in the layout that is traced.
 void measure_refits(Context& gpu, const Scene& scene, const Args& args) {
   const auto count = std::uint32_t(scene.triangles.size());
-  std::vector<Triangle> moved = scene.triangles;
+  UnsetVector<Triangle> moved = scene.triangles;
   make_waves(moved, scene.bounds);
   const Buffer<Triangle> still = DeviceBuilder::upload(gpu, scene.triangles), waves = DeviceBuilder::upload(gpu, moved);
   const glm::vec3 sides = scene.bounds.hi - scene.bounds.lo;
@@ -196,7 +196,7 @@ void measure_refits(Context& gpu, const Scene& scene, const Args& args) {
 
 /// Measures refits of a builder's tree on the host, the check of the triangles before, and the encoding after.
 void measure_host_refits(Context& gpu, const Scene& scene, const std::string& name, const Args& args) {
-  std::vector<Triangle> moved = scene.triangles;
+  UnsetVector<Triangle> moved = scene.triangles;
   make_waves(moved, scene.bounds);
   const BuildSettings settings{.builder = find_builder(name).id};
   Bvh bvh = build_bvh(scene.triangles, settings);
@@ -210,7 +210,7 @@ void measure_host_refits(Context& gpu, const Scene& scene, const std::string& na
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   };
   for (std::uint32_t i = 0; i <= args.repeats; ++i) {
-    const std::vector<Triangle>&from = i % 2 ? moved : scene.triangles, &to = i % 2 ? scene.triangles : moved;
+    const UnsetVector<Triangle>&from = i % 2 ? moved : scene.triangles, &to = i % 2 ? scene.triangles : moved;
     auto start = Clock::now();
     check_moved(from, bvh.stats.degenerate, to, scene.name);
     check.push_back(since(start));
@@ -242,7 +242,7 @@ void measure_updates(const std::shared_ptr<Context>& gpu, const Scene& scene, co
   options.use_cache = false;
   options.build.builder = find_builder(name).id;
   DeviceScene world(scene, options);
-  std::vector<Triangle> moved = scene.triangles;
+  UnsetVector<Triangle> moved = scene.triangles;
   make_waves(moved, scene.bounds);
   const std::vector<Ray> ray{{{0, 0, 0}, 0, {0, 1, 0}, 1e30f}};
   std::vector<Hit> hit(1);

@@ -30,14 +30,14 @@ double ms_since(Clock::time_point start) {
 }
 
 /// About `count` triangles of a bumpy sphere of radius 1.
-std::vector<Triangle> bumpy_sphere(std::uint32_t count) {
+UnsetVector<Triangle> bumpy_sphere(std::uint32_t count) {
   const auto rows = std::uint32_t(std::max(3.0, std::round(std::sqrt(count / 4.0)))), columns = 2 * rows;
   const auto at = [&](std::uint32_t i, std::uint32_t k) {
     const double a = M_PI * i / rows, b = 2 * M_PI * (k % columns) / columns;
     const double r = 1 + 0.1 * std::sin(7 * a) * std::sin(5 * b);
     return glm::vec3(r * std::sin(a) * std::cos(b), r * std::cos(a), r * std::sin(a) * std::sin(b));
   };
-  std::vector<Triangle> out;
+  UnsetVector<Triangle> out;
   for (std::uint32_t i = 0; i < rows; ++i)
     for (std::uint32_t k = 0; k < columns; ++k) {
       if (i > 0) out.push_back({at(i, k), at(i, k + 1), at(i + 1, k)});
@@ -119,7 +119,7 @@ void add_rows(bench::Table& table, const std::string& scene, Context& gpu, Trace
 }
 
 void run_flat(bench::Table& table, Context& gpu, const Forest& forest, const Args& args) {
-  std::vector<Triangle> copies;
+  UnsetVector<Triangle> copies;
   for (std::uint32_t prim = 0; prim < forest.triangle_count(); ++prim)
     copies.push_back(forest.triangle(forest.place_of(prim)));
   const Bvh bvh = build_bvh(copies, {.builder = BuilderId::Balanced});

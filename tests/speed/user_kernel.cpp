@@ -96,7 +96,7 @@ double median_ms(std::uint32_t repeats, const Run& run) {
 /// What is measured in one scene.
 class Scene {
  public:
-  Scene(Context& gpu, std::string name, std::vector<Triangle> triangles, const Args& args)
+  Scene(Context& gpu, std::string name, UnsetVector<Triangle> triangles, const Args& args)
       : gpu_(gpu),
         args_(args),
         name_(std::move(name)),
@@ -186,7 +186,7 @@ class Scene {
   Context& gpu_;
   const Args& args_;
   std::string name_;
-  std::vector<Triangle> triangles_;
+  UnsetVector<Triangle> triangles_;
   Bvh bvh_;
   Tracer tracer_;
   Points points_;

@@ -10,7 +10,7 @@
 
 namespace ballot::hard {
 
-using Triangles = std::vector<Triangle>;
+using Triangles = UnsetVector<Triangle>;
 
 constexpr float kFar = 1e30f;  // a t_max beyond every scene
 constexpr float kInf = std::numeric_limits<float>::infinity();

@@ -149,7 +149,7 @@ int run_info(InfoArgs& args) {
     json["auto"] = print_auto(opened.world->tracer(), args.numeric);
     json.update(print_features(*opened.world));
     if (!args.triangles.empty()) {
-      const std::vector<Triangle> all = world_triangles(opened.world->scene());
+      const UnsetVector<Triangle> all = world_triangles(opened.world->scene());
       write_triangles(args.triangles, all);
       say("\nwrote {} triangles to {}\n", all.size(), args.triangles);
     }

@@ -89,7 +89,7 @@ void DeviceBuilder::upload(Context& gpu, std::span<const Triangle> triangles, Bu
     return;
   }
   // The device cannot tell which triangles have no area, unless two vertices are equal.
-  std::vector<Triangle> marked(triangles.begin(), triangles.end());
+  UnsetVector<Triangle> marked(triangles.begin(), triangles.end());
   for (Triangle& t : marked)
     if (is_degenerate(t)) t[1] = t[0];
   buffer.upload(std::span<const Triangle>(marked));

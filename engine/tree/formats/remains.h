@@ -14,7 +14,7 @@ namespace ballot {
 struct TreeRemains {
   std::vector<std::uint32_t> nodes;      // of a leaf its count, with LEAF_BIT; of an inner node its first child
   std::vector<std::uint32_t> left_out;   // triangles that no leaf has, in order
-  std::vector<Triangle> left_out_there;  // these
+  UnsetVector<Triangle> left_out_there;  // these
 };
 
 /// Returns the remains of a tree, whose children come after their parents, and whose inner boxes are those of their

@@ -62,9 +62,9 @@ Forest::Forest(std::vector<MeshTree> meshes, std::span<const Placement> placemen
   place(placements);
 }
 
-Forest::Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build)
+Forest::Forest(std::vector<UnsetVector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build)
     : own_(std::move(meshes)), exchanges_(next_exchange()) {
-  for (const std::vector<Triangle>& triangles : own_) meshes_.push_back(make_mesh_tree(triangles, build(triangles)));
+  for (const UnsetVector<Triangle>& triangles : own_) meshes_.push_back(make_mesh_tree(triangles, build(triangles)));
   place(placements);
 }
 

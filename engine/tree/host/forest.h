@@ -66,7 +66,7 @@ class Forest {
   /// there are too many triangles.
   Forest(std::vector<MeshTree> meshes, std::span<const Placement> placements, InstanceNumbers numbers = {});
   /// The same for triangles that the forest keeps, whose trees `build` makes. Throws what that throws, too.
-  Forest(std::vector<std::vector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build);
+  Forest(std::vector<UnsetVector<Triangle>> meshes, std::span<const Placement> placements, const BuildMesh& build);
 
   /// Moves the instances: one transform for each. The top-level tree is refitted, and built anew once that has raised
   /// its cost by a quarter; the trees of the meshes stay. Hits do not depend on it. If it throws, as the constructor
@@ -150,7 +150,7 @@ class Forest {
   void bring() const;
   void bring_transforms() const;
 
-  std::vector<std::vector<Triangle>> own_;  // triangles that nobody else keeps
+  std::vector<UnsetVector<Triangle>> own_;  // triangles that nobody else keeps
   std::vector<MeshTree> meshes_;
   std::vector<std::uint32_t> mesh_of_, first_of_, names_, groups_;  // of each instance
   TopFacts facts_;

@@ -19,10 +19,10 @@ Triangle moved_triangle(const Forest& forest, std::uint32_t prim) {
                        forest.meshes()[forest.mesh_of(at.instance)].triangles[at.triangle]);
 }
 
-std::vector<Triangle> moved_triangles(const Forest& forest) {
+UnsetVector<Triangle> moved_triangles(const Forest& forest) {
   const std::uint64_t count = forest.triangle_count();
   need_memory(count * sizeof(Triangle), fmt::format("a list of the {} triangles of all instances", count));
-  std::vector<Triangle> all(count);
+  UnsetVector<Triangle> all(count);
   for (std::size_t i = 0; i < forest.size(); ++i) {
     const std::span<const Triangle> mesh = forest.meshes()[forest.mesh_of(i)].triangles;
     const Transform& transform = forest.transforms()[i];

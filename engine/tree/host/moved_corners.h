@@ -27,6 +27,6 @@ Triangle moved_triangle(const Forest& forest, std::uint32_t prim);
 
 /// Returns all triangles in the order of their numbers. One that has no area in its mesh is a point. Throws Error(Work)
 /// if there is no memory for them. Uses all cores.
-std::vector<Triangle> moved_triangles(const Forest& forest);
+UnsetVector<Triangle> moved_triangles(const Forest& forest);
 
 }  // namespace ballot
