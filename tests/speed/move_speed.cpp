@@ -1,5 +1,5 @@
 // What it takes to move things through the library, from arrays in memory to the first ray that meets them: all
-// vertices of one mesh, one mesh of many, and instances. One line for each measurement: the median of several runs, and
+// vertices of one mesh, its triangles, one mesh of many, and instances. One line for each measurement: the median of several runs, and
 // the least.
 //
 //   ballot_move_speed [--device gpu] [--triangles 10000000] [--meshes 1000] [--instances 100000] [--repeat 9]
@@ -80,6 +80,21 @@ void move_mesh(const ballot::Device& device, const Args& args, const std::string
   }
 }
 
+/// The mesh gets other triangles, as many as it had, from arrays here and there.
+void replace_mesh(const ballot::Device& device, const Args& args, const std::string& builder) {
+  const Grid here(args.triangles, 0);
+  ballot::Array<ballot::Vertex> vertices(device, here.positions.size() / 3);
+  ballot::Array<std::uint32_t> indices(device, here.indices.size());
+  vertices.write({reinterpret_cast<const ballot::Vertex*>(here.positions.data()), vertices.size()});
+  indices.write(here.indices);
+  for (const bool there : {false, true}) {
+    const ballot::Mesh mesh = there ? ballot::mesh(vertices, indices) : here.mesh();
+    ballot::Scene scene(device, {mesh}, {.builder = builder});
+    measure(there ? "replace, arrays on the device" : "replace", here.indices.size() / 3, args.repeat, scene,
+            [&](int) { scene.replace_mesh(0, mesh), scene.commit(); });
+  }
+}
+
 void move_one_of_many(const ballot::Device& device, const Args& args, const std::string& builder) {
   const Grid here(10'000, 0), there(10'000, 0.3f);
   for (const std::size_t count : {std::size_t{1}, args.meshes}) {
@@ -118,6 +133,7 @@ int main(int argc, char** argv) {
     const ballot::Device device(device_name);
     std::printf("%s, %s; from the call to the first hit\n", device.info().name, device.info().driver);
     move_mesh(device, args, builder);
+    replace_mesh(device, args, builder);
     move_one_of_many(device, args, builder);
     move_instances(device, args);
   } catch (const ballot::Error& error) {
