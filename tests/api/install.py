@@ -102,7 +102,7 @@ def main() -> None:
         environment["LD_PRELOAD"] = preload
     run(["cmake", "-S", HERE / "consumer", "-B", programs, f"-DCMAKE_PREFIX_PATH={prefix}"])
     run(["cmake", "--build", programs])
-    for name in ("consumer_c", "consumer_cpp"):
+    for name in ("consumer_c", "consumer_cpp", "consumer_audio", "consumer_lidar"):
         print(run([programs / name], env=environment), end="")
     check_foreign(programs / "consumer_foreign", environment)
 

@@ -14,6 +14,7 @@ Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
 On GPUs   Array holds rays or hits on the device; CUDA's libraries fill and read it without a copy.
 Kernels   Kernel is GLSL of yours that asks a scene, as often as it likes, for each index of a run.
+Sensors   sensors has lidar, depth cameras and panoramas, whose scans are point clouds.
 Pictures  render returns a Picture, an array that to_png() writes and notebooks show.
 Rays      Camera, lidar, hemisphere: tables of rays, which trace(table, poses=T) moves; grid: points of three axes.
 Speed     bench measures methods.
@@ -60,7 +61,7 @@ except ImportError as error:
         "libtinygltf2d libwebp7; a wheel of `tools/dev.py wheel` holds them"
     ) from error
 
-from . import trimesh_ray
+from . import sensors, trimesh_ray
 from ._array import Array
 from ._arrays import HIT, MISS, RAY, SHARED
 from ._attributes import Attribute
@@ -126,6 +127,7 @@ __all__ = [
     "load_scene",
     "names",
     "render",
+    "sensors",
     "spheres",
     "trimesh_ray",
     "version",

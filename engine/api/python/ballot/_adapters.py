@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -54,19 +54,49 @@ def _has(given: Any, *names: str) -> bool:
         return False
 
 
-def _of_scene(scene: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the meshes of all nodes where the graph puts them, in its order. A mirrored one is turned round again, so
-    that its outside stays outside."""
-    vertices, triangles, first = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
-    for node in scene.graph.nodes_geometry:
-        matrix, key = scene.graph[node]
-        part = scene.geometry[key]
+class Nodes(NamedTuple):
+    """A scene of trimesh: meshes and where they are."""
+
+    meshes: list[tuple[np.ndarray, np.ndarray]]
+    names: list[str]  # of the meshes
+    matrices: np.ndarray  # (k, 4, 4) float64, of the nodes in the order of its graph
+    which: np.ndarray  # (k,) the mesh of each
+
+
+def nodes(given: Any, name: str) -> Nodes | None:
+    """Returns the meshes and nodes of a trimesh.Scene; None: it is none, or has no nodes. Of a mesh that a node mirrors
+    there is one that is turned round, so that its outside stays outside."""
+    if not _has(given, "geometry", "graph"):
+        return None
+    numbers: dict[tuple[Any, bool], int] = {}
+    found, matrices, which = Nodes([], [], np.empty((0, 4, 4)), np.empty(0, int)), [], []
+    for node in given.graph.nodes_geometry:
+        matrix, key = given.graph[node]
+        part, turn = given.geometry[key], np.asarray(matrix, np.float64)
         if not _has(part, "vertices", "faces"):
             raise ValueError(f"{name}: geometry {key!r} is a {type(part).__name__}; expected meshes; pass to_mesh()")
-        turn, corners = np.asarray(matrix, np.float64), np.asarray(part.faces)
-        vertices.append(np.asarray(part.vertices, np.float64) @ turn[:3, :3].T + turn[:3, 3])
-        triangles.append((corners[:, ::-1] if np.linalg.det(turn[:3, :3]) < 0 else corners) + first)
-        first += len(part.vertices)
+        mirrored = bool(np.linalg.det(turn[:3, :3]) < 0)
+        if (key, mirrored) not in numbers:
+            numbers[key, mirrored] = len(found.meshes)
+            corners = np.asarray(part.faces)
+            found.meshes.append((np.asarray(part.vertices), corners[:, ::-1] if mirrored else corners))
+            found.names.append(str(key))
+        matrices.append(turn)
+        which.append(numbers[key, mirrored])
+    return found._replace(matrices=np.array(matrices), which=np.array(which)) if matrices else None
+
+
+def _of_scene(scene: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the meshes of all nodes where the graph puts them, in its order, as one."""
+    vertices, triangles, first = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
+    found = nodes(scene, name)
+    if found is None:
+        return vertices[0], triangles[0]
+    for turn, number in zip(found.matrices, found.which):
+        points, corners = found.meshes[number]
+        vertices.append(points @ turn[:3, :3].T + turn[:3, 3])
+        triangles.append(corners + first)
+        first += len(points)
     return np.concatenate(vertices), np.concatenate(triangles)
 
 

@@ -26,7 +26,8 @@ class Scene(Edits, Answers, Sums):
 
     vertices      (n, 3) float32 or float64: x, y, z; finite, at most 1e12. Without triangles: their corners (m, 3, 3),
                   or a mesh of trimesh (also its Scene), Open3D, PyVista or meshio; other faces are cut into triangles.
-                  The meshes of a trimesh.Scene are taken where its graph puts them, as one; mirrored ones are turned.
+                  A trimesh.Scene becomes `meshes`, `names` and `instances`, unless the last are given: then it is one
+                  mesh, as among `meshes`. Where its graph mirrors a mesh that is turned round
                   Or an Array of "vertices", or float32 of CUDA's (torch, cupy, Warp), copied and checked on the device
     triangles     (m, 3) integers: vertices of each triangle. Or an Array of "uint32", or int32 or uint32 of CUDA's
     soup          True: every three of (n, 3) vertices without triangles are one; False: those are refused
@@ -82,6 +83,10 @@ class Scene(Edits, Answers, Sums):
         groups: Any = None,
         **options: Unpack[SceneOptions],
     ):
+        parts = _scene_arguments.nodes(vertices, triangles, meshes, instances)
+        if parts is not None:
+            vertices, meshes, instances, instance_meshes = None, parts.meshes, parts.matrices, parts.which
+            names = parts.names if names is None else names
         given = _scene_arguments.pairs(vertices, triangles, meshes)
         numbers, directions = _scene_arguments.one_each(ids, normals, len(given), meshes is None)
         where = ["mesh"] if meshes is None else [f"mesh {k}" for k in range(len(given))]

@@ -20,6 +20,13 @@ def options(given: Mapping[str, Any], kind: str) -> dict[str, Any]:
     return checked
 
 
+def nodes(vertices: Any, triangles: Any, meshes: Any, instances: Any) -> _adapters.Nodes | None:
+    """Returns the meshes and nodes of a trimesh.Scene that a scene was given alone; None: of nothing else."""
+    if vertices is None or any(given is not None for given in (triangles, meshes, instances)):
+        return None
+    return _adapters.nodes(vertices, "mesh")
+
+
 def pairs(vertices: Any, triangles: Any, meshes: Any) -> list[tuple[Any, Any]]:
     """Returns vertices and triangles of each mesh that a scene was given."""
     if meshes is None:

@@ -52,7 +52,7 @@ def rays(
     """Returns rays of 8 or 6 numbers, of a Pattern, or of origins and directions. `t` is the range (t_min, t_max) of
     all but those of 8 numbers. `filters`: whole numbers below 2^32. `poses`: matrices that broadcast; with a Pattern
     its rays from each. `weights`: numbers that broadcast."""
-    moved = None if poses is None else _poses(poses)
+    moved = None if poses is None else matrices(poses, "poses")
     if isinstance(given, Pattern):
         if moved is not None:
             moved = moved.reshape(*moved.shape[:-1], *(1,) * len(given.shape), 12)
@@ -79,21 +79,21 @@ def rays(
     return source if len(shape) <= _AXES else _flattened(source)
 
 
-def _poses(given: Any) -> np.ndarray:
+def matrices(given: Any, name: str) -> np.ndarray:
     """Returns matrices as rows of 12 numbers: (..., 12). Copies only what is not contiguous."""
-    array = _arrays.as_numpy(given, "poses")
+    array = _arrays.as_numpy(given, name)
     if array.ndim < 2 or array.shape[-2:] not in ((3, 4), (4, 4)):
-        raise ValueError(f"poses: shape is {array.shape}; expected (..., 3, 4) or (..., 4, 4)")
-    array = _arrays.numbers(array, "poses", (4,))
+        raise ValueError(f"{name}: shape is {array.shape}; expected (..., 3, 4) or (..., 4, 4)")
+    array = _arrays.numbers(array, name, (4,))
     if array.shape[-2] == 4:
         wrong = np.any(array[..., 3, :] != (0, 0, 0, 1), axis=-1)
         if wrong.any():
             at = tuple(int(i) for i in np.argwhere(wrong)[0])
             row = array[(*at, 3)].tolist()
-            raise ValueError(f"poses: the last row of matrix {list(at)} is {row}; expected [0, 0, 0, 1]")
+            raise ValueError(f"{name}: the last row of matrix {list(at)} is {row}; expected [0, 0, 0, 1]")
     with np.errstate(over="ignore"):
         if array.ndim == 2 and not np.isfinite(array.astype(np.float32)).all():
-            raise ValueError("poses: a number of the matrix is not finite; expected numbers that float32 can hold")
+            raise ValueError(f"{name}: a number of the matrix is not finite; expected numbers that float32 can hold")
     return array[..., :3, :].reshape(*array.shape[:-2], 12)
 
 

@@ -1,6 +1,7 @@
 """Meshes of other libraries, at every door that takes a mesh: stand-ins with their members, and the libraries' own
 where they are installed."""
 
+import pickle
 import types
 import unittest
 
@@ -95,17 +96,45 @@ class Adapters(unittest.TestCase):
         half[0, 3] = 0.5
         open_half = np.delete(T, [10, 11], axis=0)  # without its side at x = -1, where the halves meet
         scene = node_scene((half, V, open_half), (mirror, V, open_half))
-        made = ballot.Scene(scene)
-        self.assertEqual(made.info.triangles, 20)
-        got = made.nearest([[-0.9, 0.1, 0.2], [0.9, 0.1, 0.2]], ("signed_distances", "normals"), sign="pseudonormal")
-        np.testing.assert_allclose(got["signed_distances"], [-0.1, -0.1], atol=1e-6)
-        np.testing.assert_allclose(got["normals"], [[-1, 0, 0], [1, 0, 0]], atol=1e-6)
+        for made in (ballot.Scene(scene), ballot.Scene(meshes=[scene])):
+            self.assertEqual(made.info.instance_triangles, 20)
+            at = [[-0.9, 0.1, 0.2], [0.9, 0.1, 0.2]]
+            got = made.nearest(at, ("signed_distances", "normals"), sign="pseudonormal")
+            np.testing.assert_allclose(got["signed_distances"], [-0.1, -0.1], atol=1e-6)
+            np.testing.assert_allclose(got["normals"], [[-1, 0, 0], [1, 0, 0]], atol=1e-6)
         if trimesh is not None:
             own = trimesh.Scene()
             for k, matrix in enumerate((half, mirror)):
                 own.add_geometry(trimesh.Trimesh(V, open_half, process=False), str(k), transform=matrix)
-            np.testing.assert_allclose(ballot.Scene(own).triangles(), made.triangles())
-            np.testing.assert_allclose(ballot.Scene(own).triangles(), own.to_mesh().triangles)
+            np.testing.assert_allclose(ballot.Scene(meshes=[own]).triangles(), made.triangles())
+            np.testing.assert_allclose(ballot.Scene(meshes=[own]).triangles(), own.to_mesh().triangles)
+
+    def test_nodes_are_instances(self):
+        scene = node_scene((np.eye(4), V, T), (np.eye(4), V, T[:4]))
+        far, mirrored = np.eye(4), np.diag([1, 1, -1.0, 1])
+        far[:3, 3], mirrored[:3, 3] = (10, 0, 0), (20, 0, 0)
+        graph = scene.graph
+        graph.update({"again": (far, "0"), "mirrored": (mirrored, "0")})
+        graph.nodes_geometry = list(graph)
+        made = ballot.Scene(scene)
+        self.assertEqual([m.name for m in made.meshes], ["0", "1", "0"])
+        self.assertEqual([m.triangles for m in made.meshes], [12, 4, 12])
+        self.assertEqual([i.mesh for i in made.instances], [0, 1, 0, 2])
+        np.testing.assert_array_equal(made.instances[2].transform, far[:3])
+        at = np.float32([[0, 0, 5], [10, 0, 5], [20, 0, 5]])
+        found = made.trace_columns(np.c_[at, np.tile([0, 0, -1.0], (3, 1))], ("t", "instances", "front", "mesh_ids"))
+        self.assertEqual(found["t"].tolist(), [4, 4, 4])
+        self.assertEqual((found["instances"].tolist()[1:], found["front"].tolist()), ([2, 3], [True] * 3))
+        self.assertEqual(ballot.Scene(scene, names=["a", "b", "c"], ids=[4, 5, 6]).find_meshes("c"), [2])
+        one = ballot.Scene(scene, instances=[far])
+        self.assertEqual((len(one.meshes), one.info.instance_triangles), (1, 40))
+        edited = ballot.Scene(V, T)
+        number = edited.add_mesh(scene)
+        edited.add_instances([far], number)
+        edited.commit()
+        self.assertEqual(edited.info.triangles, 52)
+        np.testing.assert_array_equal(pickle.loads(pickle.dumps(made)).trace(np.c_[at, at * 0 - [0, 0, 1.0]]),
+                                      made.trace(np.c_[at, at * 0 - [0, 0, 1.0]]))  # fmt: skip
 
     def test_a_quadrilateral_with_a_corner_that_points_inwards(self):
         points = np.array([[0, 0, 0], [4, 0, 0], [1, 1, 0], [0, 4, 0.0]])  # area 4: corner 2 points inwards

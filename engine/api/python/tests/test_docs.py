@@ -20,7 +20,7 @@ EXAMPLES = [
 ]  # fmt: skip
 MODULES = [
     "_answers", "_array", "_cameras", "_device", "_kernel", "_patterns", "_picture", "_raycasting", "_scene",
-    "trimesh_ray", *(f"examples.{name}" for name in EXAMPLES),
+    "_clouds", "_sensors", "sensors", "trimesh_ray", *(f"examples.{name}" for name in EXAMPLES),
 ]  # fmt: skip
 
 
