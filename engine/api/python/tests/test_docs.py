@@ -16,7 +16,7 @@ import reference as ref
 
 EXAMPLES = [
     "ambient_occlusion", "foliage", "irradiance", "lidar", "line_of_sight", "occlusion_kernel", "path_tracer",
-    "view_factors",
+    "street_scan", "view_factors",
 ]  # fmt: skip
 MODULES = [
     "_answers", "_array", "_cameras", "_device", "_kernel", "_patterns", "_picture", "_raycasting", "_scene",
