@@ -162,6 +162,12 @@ typedef struct BallotQuery {
   uint32_t last BALLOT_ZERO;
   BallotTarget excluded BALLOT_ZERO; /* as masks: BallotRays::excluded, BallotPoints::excluded; NULL: none */
   BallotTarget groups BALLOT_ZERO;   /* as masks: BallotRays::group, BallotPoints::group; NULL: none is left out */
+  /* Of hits: so many of the triangles that each ray crosses, 1 to 16, whose `value` is largest, the largest first, of
+   * equal ones the first crossed. NaN, as of meshes without the attribute, is least. Hits are rows of so many, filled
+   * up with misses. Takes some 40 bytes for each crossing of all rays. 0: none. Not beside first and last, nor of rays
+   * on the device. */
+  uint32_t strongest BALLOT_ZERO;
+  BallotText value BALLOT_ZERO; /* Of hits: the name of the attribute of one number that strongest goes by */
 } BallotQuery;
 
 /* What a call took. */
@@ -196,8 +202,8 @@ typedef struct BallotValues {
   float* data BALLOT_ZERO;
 } BallotValues;
 
-/* Where the results go: arrays of an entry for each ray, or of BallotQuery::first or last entries, in their order.
- * Those that are NULL are not written. The arrays must not overlap the rays or each other. */
+/* Where the results go: arrays of an entry for each ray, or of BallotQuery::first, last or strongest entries, in
+ * their order. Those that are NULL are not written. The arrays must not overlap the rays or each other. */
 typedef struct BallotHits {
   BALLOT_SIZE(BallotHits);
   BallotHit* hits BALLOT_ZERO;     /* whole hits */
@@ -239,8 +245,9 @@ typedef struct BallotHits {
 
 /* Traces rays, nearest, any or first hits, and returns when the results are written. Neighbours in the array share a
  * subgroup: order rays for coherence. Rays in rows, as of a camera or a turning scanner, are traced in tiles of 8 x 8.
- * Masks, excluded, groups, cull, alpha, first and last make hits the first or last crossings (ballot_list_crossings()),
- * by one method; the others are refused. query and times may be NULL. Zero rays are allowed. */
+ * Masks, excluded, groups, cull, alpha, first, last and strongest make hits some of the crossings that
+ * ballot_list_crossings() finds, by one method; the others are refused. query and times may be NULL. Zero rays are
+ * allowed. */
 BALLOT_API BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits,
                                      const BallotQuery* query, BallotTimes* times);
 

@@ -136,13 +136,21 @@ void check_first(const BallotQuery& query) {
   for (const auto& [name, value] : {std::pair{"method", query.method.text}, std::pair{"knobs", query.knobs.text}})
     if (value && std::string_view(value) != kDefaultMethod && *value)
       refuse(fmt::format(
-          "{} is '{}', beside first, last, masks, excluded, groups, cull or alpha, which one method answers; expected "
-          "none",
+          "{} is '{}', beside first, last, masks, excluded, groups, cull, alpha or strongest, which one method "
+          "answers; expected none",
           name, value));
   if (query.any && query.first) refuse("any is 1 and first is set; expected one of them");
   if (query.last && (query.any || query.first))
     refuse(fmt::format("last is set and {}; expected one of them", query.any ? "any is 1" : "first is set"));
-  if (query.last > 16) refuse(fmt::format("last is {}; expected 1 to 16, or 0 for none", query.last));
+  if (query.strongest && (query.any || query.first || query.last))
+    refuse(fmt::format("strongest is set and {}; expected one of them", query.any     ? "any is 1"
+                                                                        : query.first ? "first is set"
+                                                                                      : "last is set"));
+  for (const auto& [name, count] : {std::pair{"last", query.last}, std::pair{"strongest", query.strongest}})
+    if (count > 16) refuse(fmt::format("{} is {}; expected 1 to 16, or 0 for none", name, count));
+  if (!query.strongest != !query.value)
+    refuse(fmt::format("{} is set without {}; expected both", query.value ? "value" : "strongest",
+                       query.value ? "strongest" : "value"));
 }
 
 TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const WantedHits& to, const BallotQuery& query,
@@ -150,8 +158,10 @@ TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const Wanted
   check_first(query);
   const std::uint32_t most = hits_of_each(query);
   if (rays.count() > kMostBytes / sizeof(Hit) / most)
-    refuse(fmt::format("first is {}, of {} rays; no memory holds as many hits: expected fewer than 2^47 bytes in all",
-                       query.first, rays.count()));
+    refuse(
+        fmt::format("{} hits of each of {} rays are asked for; no memory holds as many: expected fewer than 2^47 "
+                    "bytes in all",
+                    most, rays.count()));
   const RowOrder in_turn;
   CrossingCall call(scene, rays, query, in_turn);
   call.query().any = query.any != 0;
@@ -162,7 +172,9 @@ TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const Wanted
     out.write(std::size_t(first) * most, rows);
     sums.add(std::size_t(first) * most, rows);
   };
-  TraceTimes spent = scene.world->rays().first(call.source(watch, *scene.device->gpu), most, take, call.query());
+  const RaySource source = call.source(watch, *scene.device->gpu);
+  TraceTimes spent = query.strongest ? strongest_crossings(scene, source, query, call.query(), take)
+                                     : scene.world->rays().first(source, most, take, call.query());
   out.end(spent);
   sums.end();
   return spent;

@@ -68,6 +68,8 @@ void check_options(const BallotQuery& query, const Kind& kind) {
            array.name, kind.name);
   if (query.weights && !kind.sums)
     fail(Failure::Arguments, "weights on the device are no option of {}; expected none: it has no sums", kind.name);
+  if (query.strongest && kind.there)
+    fail(Failure::Arguments, "strongest is no option of {}; expected rays of the host", kind.name);
   for (const door::Row& row : door::kQueryRows) {
     if (row.type != door::Type::Bool) continue;
     const auto value = *reinterpret_cast<const BallotBool*>(reinterpret_cast<const char*>(&query) + row.offset);
@@ -86,11 +88,11 @@ Query hit_query(const BallotQuery& q) {
 }
 
 bool asks_for_crossings(const BallotQuery& q) {
-  return q.first || q.last || q.alpha || q.masks || q.excluded || q.groups ||
+  return q.first || q.last || q.strongest || q.value || q.alpha || q.masks || q.excluded || q.groups ||
          (q.cull && std::string_view(q.cull.text) != "none");
 }
 
-std::uint32_t hits_of_each(const BallotQuery& q) { return std::max({q.first, q.last, 1u}); }
+std::uint32_t hits_of_each(const BallotQuery& q) { return std::max({q.first, q.last, q.strongest, 1u}); }
 
 FilterArray filter_array(const BallotQuery& q, std::size_t filter) {
   if (filter == FILTER_MASK) return {"masks", q.masks};

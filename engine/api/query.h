@@ -27,7 +27,7 @@ Query hit_query(const BallotQuery& query);
 /// Returns true if hits are the first crossings: if filters have words on the device, or an option asks for more than
 /// methods find.
 bool asks_for_crossings(const BallotQuery& query);
-/// Returns how many hits each ray has: one, or the first or last so many.
+/// Returns how many hits each ray has: one, or the first, last or strongest so many.
 std::uint32_t hits_of_each(const BallotQuery& query);
 /// An array of words of questions on the device (FILTER_...), or null, and the name of its member.
 struct FilterArray {

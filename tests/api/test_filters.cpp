@@ -196,6 +196,33 @@ TEST_F(ApiFilters, OfShapes) {
   }
 }
 
+// Of four sheets one above the other, those of the largest values; of equal ones the upper; without the attribute last.
+TEST_F(ApiFilters, TheStrongestByAValue) {
+  const float gray[] = {2, 7, 2};
+  std::vector<ballot::Attribute> attributes;
+  for (const float& g : gray) attributes.push_back(ballot::attribute("gray", {&g, 1}, 1, BALLOT_OF_MESH));
+  const Grid sheets[] = {Grid(3, 0.1f), Grid(3, 0.2f), Grid(3, 0.3f), Grid(3, 0.4f)};
+  std::vector<ballot::Mesh> meshes;
+  for (std::uint32_t i = 0; i < 4; ++i) meshes.push_back(sheets[i].mesh(i));
+  for (std::size_t i = 0; i < 3; ++i) meshes[i].attributes = &attributes[i], meshes[i].attribute_count = 1;
+  ballot::Scene scene(*device_, meshes);
+  const std::vector<ballot::Ray> rays = rays_down(kRays);
+  Numbers ids(6 * kRays);
+  const ballot::Times times = scene.trace(rays, {.mesh_ids = ids.data()}, {.strongest = 6, .value = "gray"});
+  const Numbers order{1, 2, 0, 3, BALLOT_MISS, BALLOT_MISS}, none(6, BALLOT_MISS);
+  std::uint64_t hits = 0;
+  for (std::size_t i = 0; i < kRays; ++i) {
+    const bool met = inside(rays[i]);
+    hits += met;
+    EXPECT_TRUE(std::equal(ids.begin() + 6 * std::ptrdiff_t(i), ids.begin() + 6 * std::ptrdiff_t(i + 1),
+                           (met ? order : none).begin()))
+        << i;
+  }
+  EXPECT_EQ(times.hits, hits);
+  scene.submit(rays, {.mesh_ids = ids.data()}, {.strongest = 1, .value = "gray"}).wait();
+  EXPECT_EQ(std::uint64_t(std::count(ids.begin(), ids.begin() + kRays, 1u)), hits);
+}
+
 TEST_F(ApiFilters, RefuseWhatDoesNotFit) {
   ballot::Scene scene = this->scene();
   const std::vector<ballot::Ray> rays = rays_down(10);
@@ -212,6 +239,10 @@ TEST_F(ApiFilters, RefuseWhatDoesNotFit) {
   expect("last is 4294967295; expected 1 to 16", [&] { trace({.last = 0xFFFFFFFF}); });
   expect("last is set and first is set", [&] { trace({.first = 2, .last = 2}); });
   expect("last is set and any is 1", [&] { trace({.any = true, .last = 2}); });
+  expect("strongest is 17; expected 1 to 16", [&] { trace({.strongest = 17, .value = "gray"}); });
+  expect("strongest is set and last is set", [&] { trace({.last = 2, .strongest = 2, .value = "gray"}); });
+  expect("strongest is set without value", [&] { trace({.strongest = 2}); });
+  expect("no mesh has an attribute 'gray'", [&] { trace({.strongest = 2, .value = "gray"}); });
   expect("beside first, last, masks, excluded, groups", [&] { trace({.method = "packet", .last = 2}); });
   expect("last is no option of crossings", [&] { scene.crossings(rays, {.last = 2}); });
   ballot::Array<std::uint32_t> nine(*device_, 9), ten(*device_, 10);

@@ -72,8 +72,8 @@ class Answers(Closable):
                    returning False ends the call with Error (Code.INTERRUPTED). It must not call ballot.
         times      a list that the Times of the call are appended to
 
-        Returns HIT of shape (...), or (..., first) or (..., last): t, prim, u, v. t counts multiples of the direction,
-        which need not be of unit length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if
+        Returns HIT of shape (...), or (..., first), as `last` and `strongest`: t, prim, u, v. t counts multiples of the
+        direction, of any length. On a miss prim is MISS, t infinity, u = v = 0. A ray is dead, and misses, if
         t_max <= t_min, if a number is NaN or infinite (but t_max), or if its direction is zero.
 
         Rays may be a ballot.Array: then hits are one of "hits", on the same device, and so is `out`, `first` records of
@@ -121,7 +121,7 @@ class Answers(Closable):
         columns  some of
         {hit_columns}
         NAME               (...) float32, or (..., c) of c numbers: the attribute of this name; NaN where there is none
-                 With `first` or `last` they have an axis more: (..., first).
+                 With `first`, `last` or `strongest` they have an axis more: (..., first).
         out      arrays for some of the columns, by name
 
         Of rays in a ballot.Array the columns are ballot.Arrays with the same bits, bool as uint8; "hits" may be one of

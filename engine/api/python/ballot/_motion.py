@@ -17,7 +17,7 @@ class Motion(NamedTuple):
     of equal time. The rays of each meet the instances where they are in its middle, by one commit a slice. So an
     instance is met at most 1 / (2 slices) of its motion away from where it was. After the scan they are at the end."""
 
-    #: their numbers: one, or (k,) integers
+    #: their numbers: one, or (k,) integers; None: all
     instances: Any
     #: (k, 3, 4) or (k, 4, 4): their matrices when the sweep begins; of one instance its matrix
     start: Any
@@ -49,7 +49,11 @@ def between(start: np.ndarray, end: np.ndarray, shares: np.ndarray, name: str) -
     The rotation between them turns evenly about one axis, the last column moves on a straight line."""
     if start.shape != end.shape:
         raise ValueError(f"{name}: shapes are {start.shape} and {end.shape}; expected the same number of matrices")
-    turn = end[..., :3] @ np.linalg.pinv(start[..., :3])
+    with np.errstate(all="ignore"):
+        flat = np.linalg.det(start[..., :3]) == 0
+    if flat.any():
+        raise ValueError(f"{name}: a matrix of start cannot be inverted; expected others")
+    turn = end[..., :3] @ np.linalg.inv(start[..., :3])
     check_rigid(np.concatenate([turn, np.zeros((*turn.shape[:-1], 1))], axis=-1), f"{name}: from start to end")
     x, y, z = (turn[..., 2, 1] - turn[..., 1, 2], turn[..., 0, 2] - turn[..., 2, 0], turn[..., 1, 0] - turn[..., 0, 1])
     sine, cosine = np.sqrt(x * x + y * y + z * z) / 2, (np.trace(turn, axis1=-2, axis2=-1) - 1) / 2

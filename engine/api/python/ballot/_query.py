@@ -77,7 +77,7 @@ def options(given: Mapping[str, Any], kind: str, filters: bool = False) -> tuple
 
 def hits_of_each(asked: Mapping[str, Any]) -> int:
     """Returns how many hits of each ray options ask for, in an axis of their own; 0: one, without."""
-    return int(asked.get("first", asked.get("last", 0)))
+    return int(asked.get("first", asked.get("last", asked.get("strongest", 0))))
 
 
 def _text_or_knobs(value: Any, name: str) -> str:

@@ -163,9 +163,10 @@ class _Look:
             energy = np.abs(cosine)
             if rays.lengths.ndim:
                 energy /= rays.lengths.reshape(1, -1, self._sensor.rays, 1)
+            np.minimum(energy, 1, out=energy)
             if self._plan.reflectance is not None:
-                energy *= _reflectance(found.pop(self._plan.reflectance))
-            found["energy"] = np.minimum(energy, 1, out=energy) if self._plan.reflectance is None else energy
+                energy *= _reflectance(self._plan.reflectance, found.pop(self._plan.reflectance))
+            found["energy"] = energy
         if "normals" in found and not self._plan.in_scene:
             back = np.swapaxes(poses[..., :3], -1, -2).astype(np.float32)
             back = np.broadcast_to(back, (*poses.shape[:1], *rays.directions.shape[:-1], 3, 3))
@@ -260,9 +261,11 @@ def _turned(poses: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return moved
 
 
-def _reflectance(column: np.ndarray) -> np.ndarray:
+def _reflectance(name: str, column: np.ndarray) -> np.ndarray:
     """Returns shares of energy that surfaces return, of colours or of an attribute."""
     if column.ndim == 5:
+        if name != "colors":
+            raise ValueError(f"reflectance: attribute {name!r} has {column.shape[-1]} numbers; expected one")
         light: np.ndarray = column[..., :3] @ _LUMINANCE
         return light
     return np.where(np.isnan(column), np.float32(1), column)

@@ -146,6 +146,8 @@ class Sensor:
         Raises ValueError for unknown names of fields, attributes and options, counts and poses that cannot be, and what
         Scene.trace_columns() raises. A scene that a motion moved is left as it is at the end of the sweep.
         """
+        if not isinstance(scene, Scene):
+            raise TypeError(f"scene: found {type(scene).__name__}; expected a ballot.Scene")
         asked = _scans.Asked(returns, fields, frame, organized, reflectance, depth, resolution, seed)
         return _scans.scan(self, scene, asked, poses, until, motion, masks, dict(options))
 

@@ -32,12 +32,14 @@ Objects answered(const SceneObject& self, nb::object progress, const Query& quer
   return tuple_of(&times, door::kTimesRows);
 }
 
-/// `first`: the hits of each ray that there is room for.
+/// Returns how many hits a query has of each ray.
+std::uint32_t hits_of_each(const BallotQuery& q) { return std::max({q.first, q.last, q.strongest, 1u}); }
+
 Objects trace(const SceneObject& self, const Objects& source, const ObjectDict& columns, const ObjectDict& options,
               nb::object progress) {
   const Source from(source);
   const Query query = query_of(options);
-  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max({query.c.first, query.c.last, 1u}));
+  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * hits_of_each(query.c));
   return answered(self, std::move(progress), query, from.count() <= kFew, [=](auto* scene, auto* asked, auto* times) {
     const BallotRays rays = from.rays();
     return ballot_trace(scene, &rays, &to.c, asked, times);
@@ -114,7 +116,7 @@ JobObject submit(const SceneObject& self, const Objects& source, const ObjectDic
                  nb::object arrays) {
   const Source from(source);
   const Query query = query_of(options);
-  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * std::max({query.c.first, query.c.last, 1u}));
+  const Columns<BallotHits> to(columns, door::kHitRows, from.count() * hits_of_each(query.c));
   const BallotRays rays = from.rays();
   std::shared_ptr<Job> job = without_gil(self.use(), [&](const Scene& s) {
     BallotJob* submitted = nullptr;

@@ -1,5 +1,9 @@
 """Sensors: where points are and what they tell, returns of beams, motion, against closed forms."""
 
+import base64
+import json
+import os
+import tempfile
 import unittest
 
 import ballot
@@ -189,6 +193,42 @@ class Returns(unittest.TestCase):
         np.testing.assert_allclose(through["intensity"], [found["intensity"][0], 1], atol=1e-3)
 
 
+    def test_through_alpha(self):
+        """Of three squares the first is cut away by its material's alpha, the others stop the beam."""
+        scene = ballot.load_scene(self.file([(2, 0.3), (3, 0.7), (5, 1.0)]))
+        sensor = sensors.Sensor(ahead(0.0, 0.2))
+        self.assertEqual(sensor.scan(scene, alpha=True)["x"].round(5).tolist(), [3, 3])
+        several = sensor.scan(scene, returns=3, alpha=True, organized=True, fields=("x", "material", "return_number"))
+        np.testing.assert_allclose(several["x"], [[3, 5, np.nan]] * 2, rtol=1e-6)
+        self.assertEqual(several["material"].tolist(), [[1, 2, ballot.MISS]] * 2)
+        self.assertEqual(sensor.scan(scene, returns=3)["x"].round(5).tolist(), [2, 3, 5] * 2)
+        self.assertEqual(sensor.scan(scene, returns="last", alpha=True)["x"].round(5).tolist(), [5, 5])
+
+    def file(self, squares):
+        """Writes squares across the x axis, at their places, with their opacities: a glTF file. Returns its path."""
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        corners = walls(*(x for x, _ in squares)).triangles().reshape(-1, 6, 3)
+        data = base64.b64encode(corners.tobytes()).decode()
+        numbers = range(len(squares))
+        content = {
+            "asset": {"version": "2.0"},
+            "buffers": [{"byteLength": corners.nbytes, "uri": f"data:application/octet-stream;base64,{data}"}],
+            "bufferViews": [{"buffer": 0, "byteOffset": 72 * k, "byteLength": 72} for k in numbers],
+            "accessors": [{"bufferView": k, "componentType": 5126, "count": 6, "type": "VEC3",
+                           "min": corners[k].min(0).tolist(), "max": corners[k].max(0).tolist()} for k in numbers],
+            "materials": [{"alphaMode": "MASK", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, a]}}
+                          for _, a in squares],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": k}, "material": k}]} for k in numbers],
+            "nodes": [{"mesh": k} for k in numbers],
+            "scenes": [{"nodes": list(numbers)}],
+        }  # fmt: skip
+        path = os.path.join(folder.name, "squares.gltf")
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(content, file)
+        return path
+
+
 class Motions(unittest.TestCase):
     def test_a_sensor_that_moves(self):
         scene = walls(20)
@@ -310,9 +350,18 @@ class BadInput(unittest.TestCase):
             (TypeError, "motion: found int", {"motion": 1}),
             (ValueError, "slices is 0", {"motion": sensors.Motion(0, one, one, 0)}),
             (ValueError, "motion: from start to end: matrix", {"motion": sensors.Motion(0, one, 2 * one)}),
+            (ValueError, "start cannot be inverted", {"motion": sensors.Motion(0, 0 * one, one)}),
         ):  # fmt: skip
             with self.subTest(text), self.assertRaisesRegex(error, text):
                 sensor.scan(placed if "motion" in options else scene, **options)
+        pair = walls(4, attributes=[{"pair": ballot.Attribute([1, 2], "mesh")}])
+        with self.assertRaisesRegex(ValueError, "reflectance: attribute 'pair' has 2 numbers; expected one"):
+            sensor.scan(pair, reflectance="pair")
+        with self.assertRaisesRegex(TypeError, "scene: found RaycastingScene"):
+            sensor.scan(ballot.RaycastingScene())
+        lost = np.full((3, 4), np.nan)
+        self.assertEqual(len(sensor.scan(scene, [lost, one], until=[lost, one])), 1)
+        self.assertEqual(len(sensor.scan(scene, [lost, one])), 1)
 
 
 if __name__ == "__main__":

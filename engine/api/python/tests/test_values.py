@@ -179,6 +179,50 @@ class ValuesTest(unittest.TestCase):
         self.assertTrue(np.isnan(nan.trace_columns(self.rays, ("heat",))["heat"]).all())
         self.assertTrue((scene.trace_columns(np.empty((0, 6)), ("heat", "colors"))["colors"]).shape == (0, 4))
 
+    def test_strongest(self):
+        heat = np.where(np.arange(len(self.heat)) % 7, self.heat, np.nan)
+        plain = ballot.Attribute(np.floor(3 * self.kind[:, 0]), "prims")
+        scene = ballot.Scene(self.vertices, self.triangles, attributes={"heat": heat, "plain": plain, **{
+            "pair": self.kind[:, [0, 0]].repeat(3, 0)}})  # fmt: skip
+        counts, hits = scene.crossings(self.rays)
+        most = int(counts.max())
+        for name in ("heat", "plain"):
+            every = scene.trace_columns(self.rays, ("t", name), first=most)
+            all_hits = scene.trace(self.rays, first=most)
+            key = np.nan_to_num(every[name], nan=-np.inf)
+            order = np.argsort(-np.where(np.isfinite(every["t"]), key, -np.inf), axis=1, kind="stable")
+            for k in (1, 3, 16):
+                best = np.take_along_axis(all_hits, order, axis=1)[:, :k]
+                found = scene.trace(self.rays, strongest=k, value=name)
+                self.assertEqual(found.shape, (2000, k))
+                np.testing.assert_array_equal(found[:, : best.shape[1]], best)
+                self.assertTrue((found["prim"][:, best.shape[1] :] == ballot.MISS).all())
+        columns = scene.trace_columns(self.rays, ("heat", "t"), strongest=2, value="heat", cull="back")
+        first = scene.trace_columns(self.rays, ("heat",), cull="back")["heat"]
+        self.assertTrue((columns["heat"][:, 0] >= first)[~np.isnan(first)].all())
+        exact = scene.trace(self.rays, strongest=2, value="heat", numeric="exact")
+        self.assertGreater((exact["prim"] == scene.trace(self.rays, strongest=2, value="heat")["prim"]).mean(), 0.99)
+        self.assertEqual(scene.trace(self.rays[:0], strongest=2, value="heat").shape, (0, 2))
+        self.assertTrue((scene.trace([[9, 9, 9, 0, 0, 1]], strongest=2, value="heat")["prim"] == ballot.MISS).all())
+        there = ballot.Array("rays", 4)
+        there.write(np.ones((4, 8)))
+        for options, text in (
+            ({"strongest": 0, "value": "heat"}, "strongest is 0; expected 1 to 16"),
+            ({"strongest": 1000, "value": "heat"}, "strongest is 1000; expected 1 to 16"),
+            ({"strongest": 2}, "strongest is set without value"),
+            ({"value": "heat"}, "value is set without strongest"),
+            ({"strongest": 2, "value": "cold"}, "value: no mesh has an attribute 'cold'; there are: heat"),
+            ({"strongest": 2, "value": "pair"}, "value: attribute 'pair' has 2 numbers; expected one"),
+            ({"strongest": 2, "value": "heat", "first": 2}, "strongest is set and first is set"),
+            ({"strongest": 2, "value": "heat", "last": 2}, "strongest is set and last is set"),
+            ({"strongest": 2, "value": "heat", "any": True}, "strongest is set and any is 1"),
+            ({"strongest": 2, "value": "heat", "method": "packet"}, "method is 'packet'"),
+        ):
+            with self.subTest(options), self.assertRaisesRegex(ValueError, text):
+                scene.trace(self.rays, **options)
+        with self.assertRaisesRegex(ValueError, "strongest is no option of arrays on the device"):
+            scene.trace(there, strongest=2, value="heat")
+
 
 if __name__ == "__main__":
     unittest.main()
