@@ -11,6 +11,7 @@ white first ones by height, orange second ones, red the others, of leaves that a
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from ballot import sensors
 def street(trees: int = 14, leaves: int = 2500, seed: int = 4) -> ballot.Scene:
     """Returns a street along x: houses and cars are boxes, trunks capsules, leaves discs."""
     random = np.random.default_rng(seed)
-    boxes = [[(-80, -20, -0.5), (80, 20, 0)], [(-80, 5, 0), (80, 20, 0.15)], [(-80, -20, 0), (80, -5, 0.15)]]
+    boxes: Any = [[(-80, -20, -0.5), (80, 20, 0)], [(-80, 5, 0), (80, 20, 0.15)], [(-80, -20, 0), (80, -5, 0.15)]]
     for side in (-1, 1):
         x = -60.0
         while x < 60:
@@ -51,8 +52,8 @@ def scan(scene: ballot.Scene, stops: int = 24, columns: int = 1800) -> np.ndarra
 
 def picture(cloud: np.ndarray, width: int = 1280, height: int = 720) -> ballot.Picture:
     """Draws points as seen from above the street's beginning, the nearest of each pixel in front."""
-    at = np.stack([cloud[axis] for axis in "xyz"], -1) - np.float32([-44, -3, 13])
-    ahead = np.float32([0.94, 0.06, -0.34]) / np.linalg.norm([0.94, 0.06, -0.34])
+    at = np.stack([cloud[axis] for axis in "xyz"], -1) - np.array([-44, -3, 13], np.float32)
+    ahead = np.array([0.938, 0.06, -0.341], np.float32)
     right = np.cross(ahead, [0, 0, 1])
     right /= np.linalg.norm(right)
     depth, u, v = at @ ahead, at @ right, at @ np.cross(ahead, right)
@@ -62,8 +63,7 @@ def picture(cloud: np.ndarray, width: int = 1280, height: int = 720) -> ballot.P
     number = cloud["return_number"][:, None]
     shade = np.where(number == 2, [1.0, 0.35, 0.02], np.where(number > 2, [0.9, 0.02, 0.05], shade))
     shade = shade * (0.35 + 0.65 * np.sqrt(cloud["intensity"][:, None]))
-    image = np.zeros((height, width, 4), np.float32)
-    image[...] = (0.004, 0.005, 0.008, 1)
+    image = np.full((height, width, 4), (0.004, 0.005, 0.008, 1), np.float32)
     order = np.argsort(-depth)
     column, row = (x + width / 2).astype(int), (y + height / 2).astype(int)
     for i, j in ((0, 0), (0, 1), (1, 0), (1, 1)):  # near points cover four pixels
