@@ -137,7 +137,7 @@ class Sensor:
         masks, groups  as Scene.trace(): numbers, or arrays that broadcast to the poses
         options      others of Scene.trace(), such as alpha=True; not first, last, any, excluded and progress
 
-        A ray returns intensity reflectance * |cos i| from each surface that it is followed to, i being the angle
+        A ray returns intensity reflectance * abs(cos(i)) from each surface that it is followed to, i being the angle
         between ray and normal; it does not fall with the range. A return of a beam of n rays has 1 / n of the sum over
         its surfaces, and their mean range, weighted by that; what else it tells is of the surface that adds most to it.
         Points lie on the middle of their beams, within about 2^-21 of their distance from the scene's origin.
