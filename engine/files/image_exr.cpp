@@ -23,6 +23,7 @@
 #include "engine/core/error.h"
 #include "engine/core/file.h"
 #include "engine/core/parallel.h"
+#include "engine/core/unset.h"
 #include "engine/files/exr_header.h"
 #include "engine/files/image.h"
 
@@ -124,8 +125,8 @@ Imf::Header make_header(const Image& image) {
   return header;
 }
 
-std::vector<half> to_halves(const std::vector<float>& floats) {
-  std::vector<half> halves(floats.size());
+UnsetVector<half> to_halves(const std::vector<float>& floats) {
+  UnsetVector<half> halves(floats.size());
   for_chunks(floats.size(), 1 << 15, [&](std::size_t begin, std::size_t end) {
     std::transform(floats.begin() + std::ptrdiff_t(begin), floats.begin() + std::ptrdiff_t(end),
                    halves.begin() + std::ptrdiff_t(begin),
@@ -139,7 +140,7 @@ void write_rows(Imf::OutputFile& file, const Image& image) {
   Imath::Box2i window = file.header().dataWindow();
   window.min.y = file.currentScanLine();
   window.max.y = window.min.y + static_cast<int>(image.height) - 1;
-  std::vector<std::vector<half>> halves(image.channels.size());  // alive until writePixels returns
+  std::vector<UnsetVector<half>> halves(image.channels.size());  // alive until writePixels returns
   Imf::FrameBuffer frame;
   for (std::size_t i = 0; i < image.channels.size(); ++i) {
     const Channel& channel = image.channels[i];
