@@ -22,7 +22,7 @@ glm::dvec3 area_of(const Triangle& t) { return area_vector(t[0], t[1], t[2]); }
 HitArrays::HitArrays(const BallotHits& to, std::span<const WantedValues> values, SceneState& scene,
                      const RowOrder& order, std::size_t count, RaysOfHits of)
     : to_(to), scene_(scene), order_(order), of_(of), made_(to, values, scene, order, count) {
-  if (!to.normals && !to.positions && !to.front) return;
+  if (!to.normals && !to.positions && !to.front && !to.t_double && !to.positions_double) return;
   const std::span<const Triangle> triangles = scene.world->scene().triangles;  // here, before several threads ask
   if (!to.normals || scene.world->forest() || count < triangles.size()) return;
   NormalTable& table = scene.normals;
@@ -79,13 +79,14 @@ void HitArrays::write_geometry(std::size_t place, std::span<const Hit> hits) con
   const std::size_t first = place / of_.row;
   std::array<Ray, kRow> rays;
   of_.rays->read(first, std::span(rays).first((place + hits.size() - 1) / of_.row + 1 - first));
+  const glm::dvec3 origin = of_.rays->recentring() ? of_.rays->recentring()->origin() : glm::dvec3(0);
   std::uint32_t last = NO_HIT;
   Triangle triangle{};
   glm::dvec3 area(0);
   for (std::size_t i = 0; i < hits.size(); ++i) {
     const Hit& hit = hits[i];
     const Ray& ray = rays[(place + i) / of_.row - first];
-    glm::vec3 at(0);
+    glm::dvec3 at(0);
     bool front = false;
     if (hit.prim != NO_HIT) {
       if (const std::optional<glm::vec3> normal = scene_.world->shape_normal(hit)) {
@@ -98,9 +99,53 @@ void HitArrays::write_geometry(std::size_t place, std::span<const Hit> hits) con
         front = is_front(area, ray);
       }
     }
-    if (to_.positions) std::memcpy(to_.positions + 3 * (place + i), &at, sizeof at);
+    if (hit.prim != NO_HIT) at += origin;
+    const glm::vec3 single = rounded(at);
+    if (to_.positions) std::memcpy(to_.positions + 3 * (place + i), &single, sizeof single);
     if (to_.front) to_.front[place + i] = front;
   }
+}
+
+/// Writes t and positions in double.
+void HitArrays::write_doubles(std::size_t place, std::span<const Hit> hits) const {
+  const std::size_t first = place / of_.row;
+  std::array<RayInDouble, kRow> rays;
+  of_.rays->read_given(first, std::span(rays).first((place + hits.size() - 1) / of_.row + 1 - first));
+  const Recentring* recentring = of_.rays->recentring();
+  const glm::dvec3 origin = recentring ? recentring->origin() : glm::dvec3(0);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    RayInDouble ray = rays[(place + i) / of_.row - first];
+    double t = std::numeric_limits<double>::infinity();
+    glm::dvec3 at(0);
+    if (hits[i].prim != NO_HIT) {
+      double moved = 0;
+      if (recentring) {
+        recentring->ray(ray, moved);
+        ray.origin = ray.origin - recentring->origin() + moved * ray.dir;
+      }
+      t = double(hits[i].t);
+      if (!scene_.world->shape_normal(hits[i])) t = t_of(ray, scene_.world->triangle(hits[i].prim), t);
+      at = ray.origin + t * ray.dir + origin;
+      t += moved;
+    }
+    if (to_.t_double) to_.t_double[place + i] = t;
+    if (to_.positions_double) std::memcpy(to_.positions_double + 3 * (place + i), &at, sizeof at);
+  }
+}
+
+/// Returns hits with the t of the rays as they were given, in `room` where these were moved.
+std::span<const Hit> HitArrays::told(std::size_t place, std::span<const Hit> hits, std::span<Hit> room) const {
+  if (!of_.rays || !of_.rays->recentring() || (!to_.hits && !to_.t)) return hits;
+  const std::size_t first = place / of_.row;
+  std::array<RayInDouble, kRow> rays;
+  of_.rays->read_given(first, std::span(rays).first((place + hits.size() - 1) / of_.row + 1 - first));
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    double moved;
+    of_.rays->recentring()->ray(rays[(place + i) / of_.row - first], moved);
+    room[i] = hits[i];
+    room[i].t = float(double(room[i].t) + moved);
+  }
+  return room.first(hits.size());
 }
 
 /// Has the processor fetch the triangles whose normals are wanted, which lie anywhere, while other results are written.
@@ -116,25 +161,30 @@ void HitArrays::fetch_triangles(std::span<const Hit> hits) const {
 /// Writes the results of rays that stand side by side, one array after the other: each loop then does one thing.
 void HitArrays::write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const {
   const std::size_t n = hits.size();
+  std::array<Hit, kRow> room;
+  const std::span<const Hit> as_given = told(place, hits, room);
   if (to_.normals && all_normals_.empty() && !scene_.world->forest()) fetch_triangles(hits);
-  if (to_.hits) std::memcpy(to_.hits + place, hits.data(), hits.size_bytes());
+  if (to_.hits) std::memcpy(to_.hits + place, as_given.data(), hits.size_bytes());
   if (to_.t)
     for (std::size_t i = 0; i < n; ++i)
-      to_.t[place + i] = hits[i].prim != NO_HIT ? hits[i].t : std::numeric_limits<float>::infinity();
+      to_.t[place + i] = hits[i].prim != NO_HIT ? as_given[i].t : std::numeric_limits<float>::infinity();
   if (to_.occluded)
     for (std::size_t i = 0; i < n; ++i) to_.occluded[place + i] = hits[i].prim != NO_HIT;
   if (to_.uvs)
     for (std::size_t i = 0; i < n; ++i) std::memcpy(to_.uvs + 2 * (place + i), &hits[i].u, 2 * sizeof(float));
   if (to_.prims || to_.mesh_ids || to_.instances || to_.materials) write_places(place, hits);
   if (to_.positions || to_.front) write_geometry(place, hits);
+  if (to_.t_double || to_.positions_double) write_doubles(place, hits);
   if (to_.normals)
     for (std::size_t i = 0; i < n; ++i)
       std::memcpy(to_.normals + 3 * (place + i), &normals.of(hits[i]), sizeof(glm::vec3));
 }
 
 bool HitArrays::records_alone() const {
-  return order_.width() == 0 && to_.hits && !to_.t && !to_.occluded && !to_.uvs && !to_.prims && !to_.mesh_ids &&
-         !to_.instances && !to_.normals && !to_.positions && !to_.front && !to_.materials;
+  if (of_.rays && of_.rays->recentring()) return false;
+  return order_.width() == 0 && to_.hits && !to_.t && !to_.t_double && !to_.positions_double && !to_.occluded &&
+         !to_.uvs && !to_.prims && !to_.mesh_ids && !to_.instances && !to_.normals && !to_.positions && !to_.front &&
+         !to_.materials;
 }
 
 Hit* HitArrays::in_place(std::size_t first) const {

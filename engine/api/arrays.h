@@ -59,6 +59,8 @@ class HitArrays {
   void write_row(std::size_t place, std::span<const Hit> hits, Normals& normals) const;
   void write_places(std::size_t place, std::span<const Hit> hits) const;
   void write_geometry(std::size_t place, std::span<const Hit> hits) const;
+  void write_doubles(std::size_t place, std::span<const Hit> hits) const;
+  std::span<const Hit> told(std::size_t place, std::span<const Hit> hits, std::span<Hit> room) const;
   bool records_alone() const;
 
   BallotHits to_;

@@ -95,6 +95,11 @@ class Scene : public SceneFacts {
     const Mesh to = ballot::mesh(positions, std::span<const std::uint32_t>(), stride);
     check(ballot_scene_set_vertices(handle_.get(), mesh, to.positions, to.vertex_count, stride));
   }
+  /// The same in double, read by the call.
+  void set_vertices(std::uint32_t mesh, std::span<const double> positions, std::size_t stride = 0) {
+    const Mesh to = ballot::mesh(positions, {}, stride);
+    check(ballot_scene_set_vertices_double(handle_.get(), mesh, to.positions_double, to.vertex_count, stride));
+  }
   /// The same by the first records of an array on the device, which commit() reads there: keep what it holds until
   /// then. ballot_scene_set_vertex_buffer() tells when the host sees them.
   void set_vertices(std::uint32_t mesh, const Array<Vertex>& vertices) {
@@ -122,6 +127,11 @@ class Scene : public SceneFacts {
     check(ballot_scene_set_transforms(handle_.get(), nullptr, transforms.data(), detail::matrices(transforms, stride),
                                       stride));
   }
+  /// The same in double, read by the call.
+  void set_transforms(std::span<const double> transforms, std::size_t stride = 0) {
+    check(ballot_scene_set_transforms_double(handle_.get(), nullptr, transforms.data(),
+                                             detail::matrices(transforms, stride), stride));
+  }
   /// The same by the first records of an array on the device, which commit() reads there where the tree over the
   /// instances is: keep what it holds until then. ballot_scene_set_transform_buffer() tells when that is.
   void set_transforms(const Array<Matrix>& transforms) {
@@ -133,6 +143,15 @@ class Scene : public SceneFacts {
     detail::check_as_many("matrices", detail::matrices(transforms, stride), "numbers of instances", instances.size());
     if (instances.empty()) return;
     check(ballot_scene_set_transforms(handle_.get(), instances.data(), transforms.data(), instances.size(), stride));
+  }
+
+  /// The same in double, read by the call.
+  void set_transforms(std::span<const std::uint32_t> instances, std::span<const double> transforms,
+                      std::size_t stride = 0) {
+    detail::check_as_many("matrices", detail::matrices(transforms, stride), "numbers of instances", instances.size());
+    if (instances.empty()) return;
+    check(ballot_scene_set_transforms_double(handle_.get(), instances.data(), transforms.data(), instances.size(),
+                                             stride));
   }
 
   /// Sets the masks of instances (RayView::masks); one of mask 0 is met by nothing.

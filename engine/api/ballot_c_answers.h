@@ -26,8 +26,11 @@ enum { BALLOT_FLOAT32 = 0, BALLOT_FLOAT64 = 1, BALLOT_UINT32 = 2 };
 #define BALLOT_AXES 8 /* the most axes of a shape */
 
 /* Numbers of each question, one, three or twelve, as they lie in the caller's memory, at any address. float64 is
- * rounded to the nearest float32, beyond its range to infinity. Numbers that stand for all questions are read before
- * the call returns, also by ballot_submit(). What many questions share is carried to a GPU once. */
+ * rounded to the nearest float32, beyond its range to infinity. Of a scene with an origin (BallotSceneInfo::origin)
+ * that is subtracted before, in double. Rays without pose whose origin or direction is float64, and all rays of such a
+ * scene, start from within the scene's bounds if they start farther from them than two diagonals: they are moved there
+ * in double before they are rounded, and t is told as if they had not been. Numbers that stand for all questions are
+ * read before the call returns, also by ballot_submit(). What many questions share is carried to a GPU once. */
 typedef struct BallotColumn {
   const void* data BALLOT_ZERO;              /* of the first question; NULL: the column's default */
   ptrdiff_t stride[BALLOT_AXES] BALLOT_ZERO; /* bytes from one question to the next along each axis; 0: one for all */
@@ -46,7 +49,8 @@ typedef struct BallotRays {
   BallotColumn t_max BALLOT_ZERO;        /* NULL: no end */
   BallotColumn mask BALLOT_ZERO; /* word: an instance is left out whose mask shares no bit with it; NULL: all bits */
   /* Twelve numbers, a 3 x 4 matrix m by rows, as of BallotInstances: moves the origin o as a point and the direction d
-   * as a vector; t keeps its meaning. NULL: none. m is rounded to float32; then the host and every device compute o'[i]
+   * as a vector; t keeps its meaning. NULL: none. In a scene with an origin all is computed in double, by the host.
+   * Else m is rounded to float32; then the host and every device compute o'[i]
    * as ((m[i][0] * o[0] + m[i][1] * o[1]) + m[i][2] * o[2]) + m[i][3] and d'[i] so without the last term, each product
    * and sum rounded to float32: bit for bit the same, but for parts below 2^-126, which devices may take for 0. A pose
    * of all rays is finite; a ray of one that is not is dead. {poses, h, w} with the strides of direction {0, .., ..}
@@ -241,6 +245,11 @@ typedef struct BallotHits {
   float* shading_normals BALLOT_ZERO;
   const BallotValues* values BALLOT_ZERO; /* attributes, each once */
   size_t value_count BALLOT_ZERO;         /* how many */
+  /* distance in double: of the ray as it was given and the plane of the triangle, between its nearest and its farthest
+   * vertex; of shapes as t, with its error; on a miss infinity */
+  double* t_double BALLOT_ZERO;
+  /* 3 each: where it is, in double: the ray as it was given at t_double; on a miss 0 */
+  double* positions_double BALLOT_ZERO;
 } BallotHits;
 
 /* Traces rays, nearest, any or first hits, and returns when the results are written. Neighbours in the array share a
@@ -314,6 +323,11 @@ typedef struct BallotNearest {
   float* shading_normals BALLOT_ZERO;      /* 3 each: as in BallotHits */
   const BallotValues* values BALLOT_ZERO;  /* attributes, each once, as in BallotHits */
   size_t value_count BALLOT_ZERO;          /* how many */
+  /* distances in double, from the point as it was given to points_double: never below the true ones by more than
+   * 2^-50 of the coordinates; of shapes as distances */
+  double* distances_double BALLOT_ZERO;
+  /* 3 each: the point of the nearest triangle that u and v name, in double; of shapes as points */
+  double* points_double BALLOT_ZERO;
 } BallotNearest;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of

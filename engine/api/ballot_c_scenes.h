@@ -69,6 +69,12 @@ typedef struct BallotMesh {
   BallotText name BALLOT_ZERO;           /* any text, in any number of meshes; NULL: "mesh N", or "scene" of one mesh */
   const BallotAttribute* attributes BALLOT_ZERO; /* that it has; of shapes none of vertices */
   size_t attribute_count BALLOT_ZERO;            /* how many */
+  /* Instead of positions: in double, kept as float32 about an origin, so rounded by at most 2^-24 of the mesh's longest
+   * side along an axis (BallotMeshInfo::rounding tells). position_stride 0: 24. */
+  const double* positions_double BALLOT_ZERO;
+  /* x, y, z of its own space: the mesh's origin. Zero: that of the scene where it lies in the world by the identity;
+   * else one is found for positions_double. */
+  double origin[3] BALLOT_ZERO;
 } BallotMesh;
 
 /* How a scene is made. */
@@ -105,6 +111,10 @@ typedef struct BallotSceneOptions {
   /* Called now and then with the share of the tree that is built, by any thread, one at a time. Returning non-zero ends
    * the call with BALLOT_ERROR_INTERRUPTED. */
   BallotProgress progress BALLOT_ZERO;
+  /* Of scenes made of meshes: x, y, z of the scene's origin, from which float32 numbers are counted
+   * (BallotSceneInfo::origin). Zero: one is found if numbers in double lie farther from zero than twice the scene's
+   * longest side; else there is none. */
+  double origin[3] BALLOT_ZERO;
 } BallotSceneOptions;
 
 /* Where meshes lie in the world. A mesh may have many instances, or none. */
@@ -119,6 +129,9 @@ typedef struct BallotInstances {
       BALLOT_ZERO; /* bytes from one matrix to the next, a multiple of 4; 0: 48. Of 4 x 4 matrices: 64 */
   const uint32_t* masks BALLOT_ZERO;  /* of each instance, as ballot_scene_set_masks() says; NULL: all bits */
   const uint32_t* groups BALLOT_ZERO; /* of each instance, as ballot_scene_set_groups() says; NULL: BALLOT_SHARED */
+  /* Instead of transforms: in double. The origins of scene and mesh are taken into account before it is rounded.
+   * transform_stride 0: 96. */
+  const double* transforms_double BALLOT_ZERO;
 } BallotInstances;
 #define BALLOT_SHARED 0xFFFFFFFFu /* the group of instances that rays and points of all groups meet */
 
@@ -186,6 +199,9 @@ BALLOT_API BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t me
  * a triangle for the next time, of the device if the tree was built there, else of the host. */
 BALLOT_API BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const float* positions,
                                                   size_t count, size_t stride);
+/* The same in double, read by the call. stride 0: 24. */
+BALLOT_API BallotStatus ballot_scene_set_vertices_double(BallotScene* scene, uint32_t mesh, const double* positions,
+                                                         size_t count, size_t stride);
 /* Gives a mesh an attribute, in the place of one of this name that it has. No tree changes. */
 BALLOT_API BallotStatus ballot_scene_set_attribute(BallotScene* scene, uint32_t mesh, const BallotAttribute* attribute);
 /* Adds instances of meshes and writes the number of each; numbers may be NULL. */
@@ -199,6 +215,9 @@ BALLOT_API BallotStatus ballot_scene_remove_instances(BallotScene* scene, const 
  * the trees of the meshes stay. stride is in bytes; 0: 48. */
 BALLOT_API BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* instances,
                                                     const float* transforms, size_t count, size_t stride);
+/* The same in double, read by the call. stride 0: 96. */
+BALLOT_API BallotStatus ballot_scene_set_transforms_double(BallotScene* scene, const uint32_t* instances,
+                                                           const double* transforms, size_t count, size_t stride);
 /* Sets the masks of instances. An instance of mask 0 is met by nothing. Rays leave out an instance whose mask shares
  * no bit with theirs (BallotRays::mask). */
 BALLOT_API BallotStatus ballot_scene_set_masks(BallotScene* scene, const uint32_t* instances, const uint32_t* masks,
@@ -271,6 +290,10 @@ typedef struct BallotSceneInfo {
   double update_seconds; /* of the last commit or change of time; 0: there was none */
   uint64_t refits;       /* such updates since the last build, which have all refitted the tree */
   uint64_t trees;        /* below the tree over the instances; 0: one tree over all, in the world */
+  /* The scene's origin: the point of the world that float32 numbers are counted from: lo, hi, those of
+   * BallotInstanceInfo and of ballot_scene_triangles(), and all arrays on the device. Questions, answers and edits in
+   * the host's memory are of the world. Zero: there is none */
+  double origin[3];
 } BallotSceneInfo;
 /* Tells of a scene as it was committed last. info->size must be set. */
 BALLOT_API BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info);
@@ -286,6 +309,8 @@ typedef struct BallotMeshInfo {
   float hi[3];         /* their other end */
   uint32_t mesh;       /* its number */
   uint32_t attributes; /* how many it has */
+  double origin[3];    /* the point of its own space that lo, hi and its vertices are counted from */
+  double rounding;     /* how far float32 has moved a vertex at most, as the mesh was given last; scene units */
 } BallotMeshInfo;
 /* Tells of a mesh by its place among them, 0 to BallotSceneInfo::meshes - 1; they are in the order of their numbers. */
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo* info);

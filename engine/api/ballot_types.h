@@ -98,6 +98,15 @@ inline Mesh mesh(std::span<const float> positions, std::span<const std::uint32_t
   m.normals = normals.data();
   return m;
 }
+/// The same in double, kept as float32 about an origin (BallotMesh::positions_double). `stride` 0: 24.
+inline Mesh mesh(std::span<const double> positions, std::span<const std::uint32_t> indices = {},
+                 std::size_t stride = 0) {
+  const std::size_t bytes = positions.size_bytes(), step = stride ? stride : 3 * sizeof(double);
+  Mesh m = mesh(std::span<const float>(), indices);
+  m.positions_double = positions.data(), m.position_stride = stride;
+  m.vertex_count = bytes < 3 * sizeof(double) ? 0 : (bytes - 3 * sizeof(double)) / step + 1;
+  return m;
+}
 /// The same for indices of 16 bits.
 inline Mesh mesh(std::span<const float> positions, std::span<const std::uint16_t> indices, std::size_t stride = 0,
                  std::span<const float> normals = {}) {
@@ -133,10 +142,11 @@ inline Attribute attribute(const char* name, std::span<const float> values, std:
 
 namespace detail {
 /// Returns how many matrices there are.
-inline std::size_t matrices(std::span<const float> transforms, std::size_t stride) {
-  if (stride == 0) stride = 12 * sizeof(float);
+template <class Number>
+std::size_t matrices(std::span<const Number> transforms, std::size_t stride) {
+  if (stride == 0) stride = 12 * sizeof(Number);
   const std::size_t bytes = transforms.size_bytes();
-  return bytes < 12 * sizeof(float) ? 0 : (bytes - 12 * sizeof(float)) / stride + 1;
+  return bytes < 12 * sizeof(Number) ? 0 : (bytes - 12 * sizeof(Number)) / stride + 1;
 }
 /// Throws Error(BALLOT_ERROR_ARGUMENT) unless there are as many.
 inline void check_as_many(const char* what, std::size_t found, const char* of, std::size_t expected) {
@@ -146,25 +156,42 @@ inline void check_as_many(const char* what, std::size_t found, const char* of, s
 }
 }  // namespace detail
 
+namespace detail {
+/// Returns instances of so many matrices, which are set by the caller.
+inline Instances placed(std::size_t count, std::size_t stride, std::span<const std::uint32_t> meshes,
+                        std::span<const std::uint32_t> masks, std::span<const std::uint32_t> groups) {
+  Instances all{.count = count, .transform_stride = stride};
+  if (!masks.empty()) check_as_many("masks", masks.size(), "matrices", count);
+  if (!groups.empty()) check_as_many("groups", groups.size(), "matrices", count);
+  if (!meshes.empty()) check_as_many("numbers of meshes", meshes.size(), "matrices", count);
+  all.meshes = meshes.empty() ? nullptr : meshes.data();
+  all.masks = masks.empty() ? nullptr : masks.data();
+  all.groups = groups.empty() ? nullptr : groups.data();
+  return all;
+}
+}  // namespace detail
+
 /// Returns instances over 3 x 4 matrices, row by row, numbers of meshes (none: 0), masks (none: all bits) and groups
 /// (none: shared). `stride`: bytes from one matrix to the next; 0: 48; of 4 x 4 matrices: 64. Throws
 /// Error(BALLOT_ERROR_ARGUMENT) if there are not as many of each.
 inline Instances instances(std::span<const float> transforms, std::span<const std::uint32_t> meshes = {},
                            std::span<const std::uint32_t> masks = {}, std::size_t stride = 0,
                            std::span<const std::uint32_t> groups = {}) {
-  Instances all{
-      .count = detail::matrices(transforms, stride), .transforms = transforms.data(), .transform_stride = stride};
-  if (!masks.empty()) detail::check_as_many("masks", masks.size(), "matrices", all.count);
-  if (!groups.empty()) detail::check_as_many("groups", groups.size(), "matrices", all.count);
-  if (!meshes.empty()) detail::check_as_many("numbers of meshes", meshes.size(), "matrices", all.count);
-  all.meshes = meshes.empty() ? nullptr : meshes.data();
-  all.masks = masks.empty() ? nullptr : masks.data();
-  all.groups = groups.empty() ? nullptr : groups.data();
+  Instances all = detail::placed(detail::matrices(transforms, stride), stride, meshes, masks, groups);
+  all.transforms = transforms.data();
+  return all;
+}
+/// The same in double (BallotInstances::transforms_double). `stride` 0: 96; of 4 x 4 matrices: 128.
+inline Instances instances(std::span<const double> transforms, std::span<const std::uint32_t> meshes = {},
+                           std::span<const std::uint32_t> masks = {}, std::size_t stride = 0,
+                           std::span<const std::uint32_t> groups = {}) {
+  Instances all = detail::placed(detail::matrices(transforms, stride), stride, meshes, masks, groups);
+  all.transforms_double = transforms.data();
   return all;
 }
 
 /// Numbers of questions as they lie in the caller's memory: one of each, or three, a point or direction, or the 12 of a
-/// pose. double is rounded to the nearest float, beyond its range to infinity.
+/// pose. BallotColumn tells what becomes of double.
 struct Column {
   /// Bytes from one question to the next along each axis.
   using Strides = std::array<std::ptrdiff_t, BALLOT_AXES>;

@@ -6,6 +6,7 @@
 #include "engine/api/mesh_attributes.h"
 #include "engine/api/mesh_shapes.h"
 #include "engine/api/meshes.h"
+#include "engine/api/origins.h"
 #include "engine/model/instances.h"
 
 namespace ballot::api {
@@ -27,15 +28,6 @@ struct MeshesGo {
 };
 
 constexpr std::uint32_t kNoMesh = 0xFFFFFFFF;  // number of no mesh; as an id it stands for the number
-
-/// Throws Error(Arguments) unless there is an instance for each number, and each is named once.
-void check_numbers(const SceneEdits& edits, std::span<const std::uint32_t> instances) {
-  for (const std::uint32_t number : instances) edits.check_placement(number);
-  std::vector<std::uint32_t> sorted(instances.begin(), instances.end());
-  std::ranges::sort(sorted);
-  const auto twice = std::ranges::adjacent_find(sorted);
-  if (twice != sorted.end()) refuse(fmt::format("instance {}: it is named twice in one call; expected once", *twice));
-}
 
 BallotMesh mesh_given(const BallotMesh* mesh, const char* call) {
   need(mesh, call, "mesh");
@@ -70,7 +62,7 @@ BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, u
     const MeshBuffers from(m, "mesh");
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "adding a mesh");
-    GivenMesh given = read_mesh(m, from, *state, "mesh");
+    GivenMesh given = read_mesh(m, from, *state, own_origin(m, "mesh"), "mesh");
     check_components(*state, kNoMesh, given.state.attributes, "mesh");
     const bool by_number = m.id == kNoMesh;
     *number = edits.edits.add_mesh(std::move(given.geometry), by_number ? std::nullopt : std::optional(m.id),
@@ -89,7 +81,8 @@ BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const 
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "replacing a mesh");
     edits.edits.mesh_index(mesh);
-    GivenMesh given = read_mesh(m, from, *state, where);
+    const glm::dvec3 origin = mesh_of(*state, mesh).origin;
+    GivenMesh given = read_mesh(m, from, *state, origin, where);
     check_components(*state, mesh, given.state.attributes, where);
     edits.edits.replace_mesh(mesh, std::move(given.geometry));
     edits.meshes.insert_or_assign(mesh, std::move(given.state));
@@ -121,12 +114,11 @@ BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const 
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "moving vertices", false, true);
     const MeshState& m = mesh_of(*state, mesh);
-    if (count != m.vertices)
-      refuse(fmt::format("mesh {}: {} vertices, but the mesh was made with {}; replace the mesh by another", mesh,
-                         count, m.vertices));
-    const std::size_t bytes = vertex_stride(stride, count, fmt::format("mesh {}: stride", mesh));
+    check_vertex_count(m, count, mesh);
+    PendingEdits::Vertices moving{positions, vertex_stride(stride, count, fmt::format("mesh {}: stride", mesh)), count};
+    if (m.origin != glm::dvec3(0)) moving = vertices_about(m, positions, nullptr, count, stride, mesh);
     gone = edits.vertices.extract(mesh);
-    edits.vertices.emplace(mesh, PendingEdits::Vertices{positions, bytes, count});
+    edits.vertices.emplace(mesh, std::move(moving));
   });
 }
 
@@ -149,10 +141,13 @@ BallotStatus ballot_scene_set_vertex_buffer(BallotScene* scene, uint32_t mesh, B
 BallotStatus ballot_scene_add_instances(BallotScene* scene, const BallotInstances* instances, uint32_t* numbers) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(instances, "ballot_scene_add_instances", "instances");
-    const std::vector<ballot::Placement> given = read_instances(read_struct(instances, "BallotInstances"));
+    GivenInstances read = read_instances(read_struct(instances, "BallotInstances"));
+    std::vector<ballot::Placement>& given = read.placements;
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "adding instances");
-    for (const ballot::Placement& p : given) edits.edits.mesh_index(p.mesh);
+    for (std::size_t i = 0; i < given.size(); ++i)
+      given[i].transform =
+          about(read.matrices[i], mesh_of(*state, given[i].mesh).origin, state->world->scene_facts().origin);
     for (std::size_t i = 0; i < given.size(); ++i) {
       const std::uint32_t number = edits.edits.add_placement(given[i]);
       if (numbers) numbers[i] = number;
@@ -178,6 +173,9 @@ BallotStatus ballot_scene_set_transforms(BallotScene* scene, const uint32_t* ins
     const std::size_t bytes = stride_of(stride, sizeof(ballot::Transform), count, "transforms: stride");
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "moving instances", instances != nullptr);
+    if (has_origins(*state))
+      return set_transforms_about(*state, instances, count,
+                                  [&](std::size_t i) { return matrix_at(transforms, bytes, i); });
     const auto at = [&](std::size_t i) {
       ballot::Transform t;
       std::memcpy(&t, reinterpret_cast<const char*>(transforms) + i * bytes, sizeof t);

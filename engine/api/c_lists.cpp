@@ -73,6 +73,18 @@ class ListArrays {
   std::uint64_t found_ = 0;
 };
 
+/// Gives lists of crossings the t of the rays as they were given.
+void tell_as_given(const RayArray& rays, std::uint64_t first, std::span<const std::uint32_t> counts,
+                   std::span<Hit> hits) {
+  for (std::size_t i = 0, at = 0; i < counts.size(); at += counts[i++]) {
+    RayInDouble ray;
+    double moved;
+    rays.read_given(std::size_t(first) + i, {&ray, 1});
+    rays.recentring()->ray(ray, moved);
+    for (Hit& hit : hits.subspan(at, counts[i])) hit.t = float(double(hit.t) + moved);
+  }
+}
+
 /// Counts crossings. Rays in rows are taken in tiles, as by ballot_trace().
 BallotTimes count_crossings(SceneState& scene, const RayArray& rays, std::int64_t* counts, const BallotQuery& query,
                             Watch& watch) {
@@ -101,7 +113,13 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
   const RowOrder in_turn;
   CrossingCall call(scene, rays, query, in_turn);
   ListArrays out(lists, *scene.device, "rays");
+  std::vector<Hit> told;
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> found) {
+    if (rays.recentring() && lists.take) {
+      told.assign(found.begin(), found.end());
+      tell_as_given(rays, first, counts, told);
+      found = told;
+    }
     out.write(first, counts, found);
   };
   const TraceTimes spent = scene.world->rays().list(call.source(watch, *scene.device->gpu), take, call.query());
@@ -189,11 +207,13 @@ BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, c
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(rays, "ballot_list_crossings", "rays");
     need(lists, "ballot_list_crossings", "lists");
-    const RayArray array(read_struct(rays, "BallotRays"));
+    RayArray array(read_struct(rays, "BallotRays"));
     if (array.weights()) refuse("rays: weight is given; expected none: crossings have no sums");
     const BallotLists l = read_struct(lists, "BallotLists");
-    run_call(*state, query, kCrossingsKind, "rays", times,
-             [&](const BallotQuery& q, Watch& watch) { return list_crossings(*state, array, l, q, watch); });
+    run_call(*state, query, kCrossingsKind, "rays", times, [&](const BallotQuery& q, Watch& watch) {
+      array.ask(*state);
+      return list_crossings(*state, array, l, q, watch);
+    });
   });
 }
 
@@ -202,9 +222,11 @@ BallotStatus ballot_list_within(BallotScene* scene, const BallotPoints* points, 
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(points, "ballot_list_within", "points");
     need(lists, "ballot_list_within", "lists");
-    const PointArray array(read_struct(points, "BallotPoints"), true);
+    PointArray array(read_struct(points, "BallotPoints"), true);
     const BallotLists l = read_struct(lists, "BallotLists");
-    run_call(*state, query, kWithinKind, "points", times,
-             [&](const BallotQuery&, Watch& watch) { return list_within(*state, array, l, watch); });
+    run_call(*state, query, kWithinKind, "points", times, [&](const BallotQuery&, Watch& watch) {
+      array.ask(*state);
+      return list_within(*state, array, l, watch);
+    });
   });
 }

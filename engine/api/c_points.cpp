@@ -6,6 +6,7 @@
 
 #include "engine/api/arrays.h"
 #include "engine/api/filters_there.h"
+#include "engine/api/hit_geometry.h"
 #include "engine/api/outputs.h"
 #include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
@@ -74,16 +75,21 @@ static_assert(sizeof(BallotNearestPoint) == sizeof(Nearest));
 class NearestArrays {
  public:
   /// `by_sides`: the nearest points tell what is inside.
-  NearestArrays(const BallotNearest& to, SceneState& scene, std::size_t count, bool by_sides)
+  NearestArrays(const BallotNearest& to, SceneState& scene, const PointArray& points, bool by_sides)
       : to_(to),
-        hits_(hit_arrays(to), read_values(to, "nearest"), scene, RowOrder(), count, {}),
+        scene_(scene),
+        points_(points),
+        hits_(hit_arrays(to), read_values(to, "nearest"), scene, RowOrder(), points.count(), {}),
         any_(to.prims || to.mesh_ids || to.uvs || to.normals || to.materials || to.colors || to.shading_normals ||
              to.value_count),
-        by_sides_(by_sides && (to.signed_distances || to.inside)) {}
+        by_sides_(by_sides && (to.signed_distances || to.inside)) {
+    if (to.distances_double || to.points_double) scene.world->scene();  // here, before several threads ask
+  }
 
   bool wants_sides() const { return by_sides_; }
   bool wants_nearest() const {
-    return any_ || to_.nearest || to_.distances || to_.points || to_.signed_distances || by_sides_;
+    return any_ || to_.nearest || to_.distances || to_.points || to_.signed_distances || by_sides_ ||
+           to_.distances_double || to_.points_double;
   }
   bool wants_inside() const { return !by_sides_ && (to_.signed_distances || to_.inside); }
 
@@ -100,9 +106,13 @@ class NearestArrays {
         if (to_.signed_distances)
           to_.signed_distances[place] = answers[i].behind ? -answers[i].distance : answers[i].distance;
         if (to_.inside && by_sides_) to_.inside[place] = std::uint8_t(answers[i].behind);
-        if (to_.nearest) std::memcpy(to_.nearest + place, &answers[i], sizeof(Nearest));
-        if (to_.points) std::memcpy(to_.points + 3 * place, &answers[i].at, 3 * sizeof(float));
+        Nearest nearest = answers[i];
+        if (nearest.prim != NO_HIT && points_.origin() != glm::dvec3(0))
+          nearest.at = glm::vec3(glm::dvec3(nearest.at) + points_.origin());
+        if (to_.nearest) std::memcpy(to_.nearest + place, &nearest, sizeof(Nearest));
+        if (to_.points) std::memcpy(to_.points + 3 * place, &nearest.at, 3 * sizeof(float));
       }
+      if (to_.distances_double || to_.points_double) write_doubles(first + begin, answers.subspan(begin, end - begin));
       found += some;
     });
     found_ += found;
@@ -127,7 +137,29 @@ class NearestArrays {
     return hits;
   }
 
+  void write_doubles(std::uint64_t first, std::span<const Nearest> answers) const {
+    std::vector<glm::dvec3> asked(answers.size());
+    points_.read_given(first, asked);
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+      const Nearest& nearest = answers[i];
+      glm::dvec3 at(0);
+      double distance = std::numeric_limits<double>::infinity();
+      if (nearest.prim != NO_HIT) {
+        at = glm::dvec3(nearest.at), distance = double(nearest.distance);
+        if (!scene_.world->shape_normal({0, nearest.prim, nearest.u, nearest.v})) {
+          at = position_of(scene_.world->triangle(nearest.prim), nearest.u, nearest.v);
+          distance = glm::length(asked[i] - points_.origin() - at);
+        }
+        at += points_.origin();
+      }
+      if (to_.distances_double) to_.distances_double[first + i] = distance;
+      if (to_.points_double) std::memcpy(to_.points_double + 3 * (first + i), &at, sizeof at);
+    }
+  }
+
   BallotNearest to_;
+  const SceneState& scene_;
+  const PointArray& points_;
   HitArrays hits_;
   bool any_, by_sides_;
   std::vector<Hit> as_hits_;
@@ -146,7 +178,7 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   const Clock clock;
   ballot::DeviceScene& world = *scene.world;
   PointQuery how = point_query(query);
-  NearestArrays out(to, scene, points.count(), how.sides);
+  NearestArrays out(to, scene, points, how.sides);
   const bool signs = to.signed_distances || to.inside;
   for (const auto& [filter, name] :
        {std::pair{FILTER_MASK, "mask"}, {FILTER_EXCLUDED, "excluded"}, {FILTER_GROUP, "group"}})
@@ -221,10 +253,12 @@ BallotStatus ballot_query_points(BallotScene* scene, const BallotPoints* points,
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(points, "ballot_query_points", "points");
     need(nearest, "ballot_query_points", "nearest");
-    const PointArray array(read_struct(points, "BallotPoints"));
+    PointArray array(read_struct(points, "BallotPoints"));
     const BallotNearest to = read_struct(nearest, "BallotNearest");
-    run_call(*state, query, kPointsKind, "points", times,
-             [&](const BallotQuery& q, Watch& watch) { return query_points(*state, array, to, q, watch); });
+    run_call(*state, query, kPointsKind, "points", times, [&](const BallotQuery& q, Watch& watch) {
+      array.ask(*state);
+      return query_points(*state, array, to, q, watch);
+    });
   });
 }
 

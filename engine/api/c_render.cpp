@@ -30,7 +30,7 @@ ballot::View view_of(const BallotView& v, const ballot::Scene& scene) {
     throw Refused(BALLOT_ERROR_ARGUMENT, "view: up is parallel to the view direction; choose another");
   right = glm::normalize(right);
   view.world_from_camera = {glm::dvec4{right, 0}, glm::dvec4{glm::cross(back, right), 0}, glm::dvec4{back, 0},
-                            glm::dvec4{eye, 1}};
+                            glm::dvec4{eye - scene.origin, 1}};
   if (v.yfov != 0) view.yfov = v.yfov;
   if (!(view.yfov > 0 && view.yfov < 3.14159265))
     throw Refused(BALLOT_ERROR_ARGUMENT, fmt::format("view: yfov is {}; expected radians between 0 and pi", view.yfov));
@@ -87,6 +87,11 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
     const DeviceUse use(*state->device);
     keep_fit(*state);
     ballot::DeviceScene& world = *state->world;
+    if (const glm::dvec3& o = world.scene_facts().origin; o != glm::dvec3(0))
+      refuse(
+          fmt::format("ballot_make_rays: the scene's numbers are counted from ({}, {}, {}), where float32 rays in the "
+                      "world would lose digits; expected a scene without origin: ask with poses in double",
+                      o.x, o.y, o.z));
     const auto v = view_of(read_struct(view, "BallotView"), world.scene_facts());
     const auto batch = world.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
     *count = batch->count();

@@ -3,6 +3,7 @@
 
 #include "engine/api/arrays.h"
 #include "engine/api/meshes.h"
+#include "engine/api/origins.h"
 #include "engine/model/instances.h"
 
 namespace ballot::api {
@@ -51,16 +52,20 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     if (state->ids != ballot::IdSource::Mesh)
       refuse(fmt::format("ids is '{}': meshes in memory have ids of their own (BallotMesh::id); expected NULL",
                          o.ids.text));
-    std::vector<ballot::Placement> placements;
-    if (instances) placements = read_instances(read_struct(instances, "BallotInstances"));
+    GivenInstances placed;
+    if (instances) placed = read_instances(read_struct(instances, "BallotInstances"));
     std::vector<MeshBuffers> from;
     for (std::size_t i = 0; i < count; ++i) from.emplace_back(mesh_struct(meshes, i), fmt::format("mesh {}", i));
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
     std::optional<DeviceUse> use;
     if (std::ranges::any_of(from, &MeshBuffers::needs_device)) use.emplace(*d);
-    GivenScene made = read_meshes(meshes, from, *state);
-    finish(made, std::move(placements), instances != nullptr, layout_of(o));
+    const Origins origins = find_origins(meshes, count, instances ? &placed : nullptr, o.origin);
+    GivenScene made = read_meshes(meshes, from, origins, *state);
+    for (std::size_t i = 0; i < placed.placements.size(); ++i)
+      if (ballot::Placement& p = placed.placements[i]; p.mesh < count)
+        p.transform = about(placed.matrices[i], origins.meshes[p.mesh], origins.scene);
+    finish(made, std::move(placed.placements), instances != nullptr, layout_of(o));
     if (!use) use.emplace(*d);
     ballot::DeviceSceneOptions how = scene_options(*d, o, "auto", o.cache != 0);
     how.triangles = std::move(made.there);
@@ -81,7 +86,9 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     ballot::Scene loaded = ballot::load_scene(path, load);
     for (std::size_t m = 0; m < loaded.instances.meshes(); ++m) {
       const std::size_t triangles = loaded.instances.triangles_of(m);
-      state->meshes.emplace(static_cast<std::uint32_t>(m), MeshState{triangles, 3 * triangles});
+      MeshState& mesh = state->meshes.emplace(static_cast<std::uint32_t>(m), MeshState{}).first->second;
+      mesh.triangles = triangles, mesh.vertices = 3 * triangles;
+      mesh.origin = loaded.origin;
     }
     const DeviceUse use(*d);
     Watch watch(o, *d, "scene");
@@ -116,6 +123,7 @@ BallotStatus ballot_scene_info(BallotScene* scene, BallotSceneInfo* info) {
     i.decay = forest ? 1 : world.refit_policy().decay();
     i.update_seconds = world.last_update().seconds;
     i.refits = state->refits;
+    for (int axis = 0; axis < 3; ++axis) i.origin[axis] = world.scene_facts().origin[axis];
     write_struct(info, i, "BallotSceneInfo");
   });
 }
@@ -132,7 +140,10 @@ BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo*
     i.id = all.mesh_labels[place].id;
     i.mesh = all.mesh_labels[place].number;
     i.first = all.first[place], i.triangles = all.triangles_of(place);
-    i.attributes = static_cast<std::uint32_t>(state->meshes.at(i.mesh).attributes.size());
+    const MeshState& mesh = state->meshes.at(i.mesh);
+    i.attributes = static_cast<std::uint32_t>(mesh.attributes.size());
+    i.rounding = mesh.rounding;
+    for (int axis = 0; axis < 3; ++axis) i.origin[axis] = mesh.origin[axis];
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     write_struct(info, i, "BallotMeshInfo");
   });

@@ -58,8 +58,9 @@ BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
   return clock.times(spent, out.hits());
 }
 
-BallotTimes trace(SceneState& scene, const Call& call) {
+BallotTimes trace(SceneState& scene, Call& call) {
   keep_fit(scene);
+  call.rays.ask(scene);
   Watch watch = call.watch;
   const Watched watched(watch);
   if (!call.rays.filters() && !asks_for_crossings(call.query)) return trace_by_method(scene, call, watch);
@@ -69,7 +70,7 @@ BallotTimes trace(SceneState& scene, const Call& call) {
   return clock.times(spent, hits);
 }
 
-void end_job(QueuedJob& job, SceneState& scene, const Call& call) {
+void end_job(QueuedJob& job, SceneState& scene, Call& call) {
   try {
     const DeviceUse use(*scene.device);
     job.end(BALLOT_OK, trace(scene, call), {});
@@ -87,7 +88,7 @@ using namespace ballot::api;
 BallotStatus ballot_trace(BallotScene* scene, const BallotRays* rays, const BallotHits* hits, const BallotQuery* query,
                           BallotTimes* times) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
-    const Call call = read_call(*state, rays, hits, query);
+    Call call = read_call(*state, rays, hits, query);
     const Watched watched(call.watch);
     const DeviceUse use(*state->device);
     write_struct(times, trace(*state, call), "BallotTimes");
@@ -98,9 +99,9 @@ BallotStatus ballot_submit(BallotScene* scene, const BallotRays* rays, const Bal
                            BallotJob** job) {
   return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
     need(job, "ballot_submit", "job");
-    const Call call = read_call(*state, rays, hits, query);
+    Call call = read_call(*state, rays, hits, query);
     auto ended = std::make_shared<QueuedJob>(state->device);
-    state->device->jobs.add([state, call, ended] { end_job(*ended, *state, call); });
+    state->device->jobs.add([state, call, ended]() mutable { end_job(*ended, *state, call); });
     *job = jobs().add(std::move(ended));
   });
 }

@@ -109,7 +109,10 @@ Column read_column(const Described& d, const Shape& shape, const BallotColumn& c
   else if (d.words)
     std::memcpy(column.own.data(), data, sizeof column.own[0]);
   else
-    for (unsigned k = 0; k < d.numbers; ++k) column.own[k] = std::bit_cast<std::uint32_t>(column.number(data, k));
+    for (unsigned k = 0; k < d.numbers; ++k) {
+      column.own[k] = std::bit_cast<std::uint32_t>(column.number(data, k));
+      column.own_doubles[k] = column.in_double(data, k);
+    }
   return column;
 }
 
@@ -125,6 +128,16 @@ Lane::Lane(const Column& column, const Shape& shape) : column_(column) {
     column_.stride[kept - 1] = stride;
   }
   shape_.count = shape.count;
+}
+
+Lane Lane::entries() const {
+  Shape shape = shape_;
+  shape.count = 1;
+  for (std::size_t a = 0; a < shape.axes; ++a) {
+    if (column_.stride[a] == 0) shape.lengths[a] = 1;
+    shape.count *= shape.lengths[a];
+  }
+  return {column_, shape};
 }
 
 template <std::size_t Floats>

@@ -32,6 +32,7 @@ struct Column {
   std::array<std::ptrdiff_t, BALLOT_AXES> stride{};  // 0 along axes of one entry
   std::ptrdiff_t step = sizeof(float);               // from one number to the next
   std::array<std::uint32_t, kMostNumbers> own{};     // the bits of float32 numbers, or words
+  std::array<double, kMostNumbers> own_doubles{};    // the same numbers as they were given
 
   float own_number(unsigned k) const { return std::bit_cast<float>(own[k]); }
   /// Reads a number of a question, rounded to float32.
@@ -45,6 +46,13 @@ struct Column {
     double number;
     std::memcpy(&number, from, sizeof number);
     return float(number);
+  }
+  /// Reads a number of a question as it was given.
+  double in_double(const char* question, unsigned k) const {
+    if (!is_double) return double(number(question, k));
+    double number;
+    std::memcpy(&number, question + std::ptrdiff_t(k) * step, sizeof number);
+    return number;
   }
 };
 
@@ -82,6 +90,25 @@ class Lane {
       i += some;
     }
   }
+  /// Calls put(i, numbers) for questions [place, place + n) with the numbers of each, as they were given. Nothing if the
+  /// column is not given.
+  template <class Put>
+  void for_doubles(std::size_t place, std::size_t n, const Put& put) const {
+    std::array<double, kMostNumbers> numbers = column_.own_doubles;
+    if (!column_.data) {
+      for (std::size_t i = 0; column_.is_given && i < n; ++i) put(i, numbers);
+      return;
+    }
+    for_runs(place, n, [&](std::size_t i, std::size_t some, const char* from, std::ptrdiff_t stride) {
+      for (const std::size_t end = i + some; i < end; ++i, from += stride) {
+        for (unsigned k = 0; k < column_.numbers; ++k) numbers[k] = column_.in_double(from, k);
+        put(i, numbers);
+      }
+    });
+  }
+  /// Returns the lane of its entries alone: those that questions share are there once.
+  Lane entries() const;
+  std::size_t count() const { return shape_.count; }
 
  private:
   Column column_;

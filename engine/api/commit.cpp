@@ -72,6 +72,15 @@ std::vector<std::uint32_t> read_masks(const PendingEdits& edits) {
   return masks;
 }
 
+/// Tells meshes that their vertices have moved.
+void end_vertices(SceneState& scene, const PendingEdits& edits) {
+  for (const auto& [number, v] : edits.vertices) {
+    MeshState& mesh = scene.meshes.at(number);
+    mesh.bounds.reset();
+    mesh.rounding = v.rounding;
+  }
+}
+
 /// Commits edits that move meshes and instances. `masks`: of all instances; none: they stay.
 void commit_moves(SceneState& scene, PendingEdits& edits, std::span<const std::uint32_t> masks) {
   const SceneInstances& all = scene.world->scene_facts().instances;
@@ -94,7 +103,7 @@ void commit_moves(SceneState& scene, PendingEdits& edits, std::span<const std::u
                      .transforms = there ? MovedTransforms(edits.transforms_there) : edits.edits.transforms(),
                      .masks = masks};
   scene.world->commit(change, scene.update);
-  for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
+  end_vertices(scene, edits);
 }
 
 /// Commits edits that change the structure.
@@ -115,7 +124,7 @@ void commit_structure(SceneState& scene, PendingEdits& edits) {
     meshes.insert(fresh ? std::move(fresh) : scene.meshes.extract(label.number));
   }
   scene.meshes = std::move(meshes);
-  for (const auto& [number, v] : edits.vertices) scene.meshes.at(number).bounds.reset();
+  end_vertices(scene, edits);
 }
 
 /// Returns true if the edits are of attributes alone.

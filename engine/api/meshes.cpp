@@ -6,6 +6,7 @@
 
 #include "engine/api/mesh_attributes.h"
 #include "engine/api/mesh_shapes.h"
+#include "engine/api/origins.h"
 #include "engine/core/parallel.h"
 
 namespace ballot::api {
@@ -13,7 +14,6 @@ namespace ballot::api {
 namespace {
 
 constexpr std::size_t kMostTriangles = std::numeric_limits<std::int32_t>::max();
-constexpr std::size_t kMostInstances = std::numeric_limits<std::uint32_t>::max() - 2;  // each has a triangle at least
 
 template <class Index>
 std::vector<std::uint32_t> read_indices(const BallotMesh& m, const std::string& where) {
@@ -35,29 +35,6 @@ struct MeshSource {
   }
 };
 
-/// Throws Refused unless a mesh names its vertices once, its indices once or not at all, and enough of each.
-void check_mesh(const BallotMesh& m, std::uint32_t each, const std::string& where) {
-  const auto once = [&](bool here, bool there, const char* array, const char* buffer) {
-    if (here && there) refuse(fmt::format("{}: both {} and {} are set; expected one of them", where, array, buffer));
-  };
-  once(m.positions, m.vertex_buffer, "positions", "vertex_buffer");
-  once(m.indices, m.index_buffer, "indices", "index_buffer");
-  if ((!m.positions && !m.vertex_buffer) || m.vertex_count == 0)
-    refuse(fmt::format("{}: positions is NULL or vertex_count is 0; leave empty meshes out", where));
-  const bool indexed = m.indices || m.index_buffer;
-  const std::size_t corners = indexed ? m.index_count : m.vertex_count;
-  if (corners == 0 || corners % each)
-    refuse(fmt::format("{}: {} {}; expected a multiple of {}, at least {}", where, corners,
-                       indexed ? "indices" : "vertices without indices", each, each));
-  check_triangle_count(corners / each, where);
-  if (!indexed && m.index_count)
-    refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
-  if (m.vertex_buffer && m.position_stride && m.position_stride != sizeof(glm::vec3))
-    refuse(fmt::format("{}: position_stride is {}; expected 0 beside vertex_buffer", where, m.position_stride));
-  if (m.index_buffer && m.index_type == BALLOT_INDEX_U16)
-    refuse(fmt::format("{}: index_type is BALLOT_INDEX_U16; those of index_buffer have 32 bits", where));
-}
-
 /// Reads the indices of a mesh, or copies them on the device.
 void take_indices(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const std::string& where,
                   MeshState& to) {
@@ -77,20 +54,23 @@ void take_indices(const BallotMesh& m, const MeshBuffers& from, const SceneState
 }
 
 MeshSource read_vertices(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene,
-                         const std::string& where) {
+                         const glm::dvec3& origin, const std::string& where) {
   const ShapeInfo& info = shapes_of(m, where);
-  check_mesh(m, info.vertices, where);
+  check_mesh(m, where);
   MeshSource mesh;
   mesh.state = {(m.indices || m.index_buffer ? m.index_count : m.vertex_count) / info.vertices, m.vertex_count};
   mesh.state.kind = info.kind;
+  mesh.state.origin = origin;
   take_indices(m, from, scene, where, mesh.state);
   if (from.vertices) {
     array_of<glm::vec3>(*from.vertices, scene, m.vertex_count, where.c_str(), "vertices");
     mesh.there = {.buffer = {from.vertices, &from.vertices->raw()}, .count = m.vertex_count};
     check_there(*mesh.there, *scene.device->gpu, where);
   } else {
-    const std::size_t stride = vertex_stride(m.position_stride, m.vertex_count, where + ": position_stride");
-    check_vertices(mesh.positions.emplace(m.positions, stride, m.vertex_count).all, where);
+    RoundedVertices read =
+        round_vertices(m.positions, m.positions_double, m.vertex_count, m.position_stride, origin, where);
+    mesh.state.rounding = read.moved;
+    check_vertices(mesh.positions.emplace(std::move(read.vertices)).all, where);
   }
   if (!m.normals) return mesh;
   const std::size_t normal_stride = vertex_stride(m.normal_stride, m.vertex_count, where + ": normal_stride");
@@ -107,9 +87,9 @@ MeshSource read_vertices(const BallotMesh& m, const MeshBuffers& from, const Sce
   return mesh;
 }
 
-MeshSource read_source(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene,
+MeshSource read_source(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const glm::dvec3& origin,
                        const std::string& where) {
-  MeshSource mesh = read_vertices(m, from, scene, where);
+  MeshSource mesh = read_vertices(m, from, scene, origin, where);
   mesh.state.attributes = read_attributes(m, from.attributes, mesh.state, scene, where);
   if (mesh.state.kind == ShapeKind::Triangles) return mesh;
   mesh.state.radii = read_radii(m, where);
@@ -232,14 +212,40 @@ void check_mesh_count(const BallotMesh* meshes, std::size_t count) {
   if (count) mesh_struct(meshes, 0);  // whose size tells where the others are
 }
 
+void check_mesh(const BallotMesh& m, const std::string& where) {
+  const std::size_t each = shapes_of(m, where).vertices;
+  const auto once = [&](bool here, bool there, const char* array, const char* buffer) {
+    if (here && there) refuse(fmt::format("{}: both {} and {} are set; expected one of them", where, array, buffer));
+  };
+  once(m.positions, m.vertex_buffer, "positions", "vertex_buffer");
+  once(m.positions, m.positions_double, "positions", "positions_double");
+  once(m.positions_double, m.vertex_buffer, "positions_double", "vertex_buffer");
+  once(m.indices, m.index_buffer, "indices", "index_buffer");
+  if ((!m.positions && !m.positions_double && !m.vertex_buffer) || m.vertex_count == 0)
+    refuse(fmt::format("{}: positions is NULL or vertex_count is 0; leave empty meshes out", where));
+  const bool indexed = m.indices || m.index_buffer;
+  const std::size_t corners = indexed ? m.index_count : m.vertex_count;
+  if (corners == 0 || corners % each)
+    refuse(fmt::format("{}: {} {}; expected a multiple of {}, at least {}", where, corners,
+                       indexed ? "indices" : "vertices without indices", each, each));
+  check_triangle_count(corners / each, where);
+  if (!indexed && m.index_count)
+    refuse(fmt::format("{}: index_count is {}, but indices is NULL", where, m.index_count));
+  if (m.vertex_buffer && m.position_stride && m.position_stride != sizeof(glm::vec3))
+    refuse(fmt::format("{}: position_stride is {}; expected 0 beside vertex_buffer", where, m.position_stride));
+  if (m.index_buffer && m.index_type == BALLOT_INDEX_U16)
+    refuse(fmt::format("{}: index_type is BALLOT_INDEX_U16; those of index_buffer have 32 bits", where));
+}
+
 void check_triangle_count(std::size_t triangles, const std::string& where) {
   if (triangles > kMostTriangles)
     refuse(fmt::format("{}: the scene has {} triangles with it; at most {} are possible", where, triangles,
                        kMostTriangles));
 }
 
-GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const std::string& where) {
-  MeshSource source = read_source(m, from, scene, where);
+GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const glm::dvec3& origin,
+                     const std::string& where) {
+  MeshSource source = read_source(m, from, scene, origin, where);
   GivenMesh mesh{.state = {}, .geometry = {.normals = std::move(source.normals), .kind = source.state.kind}};
   if (from) {
     mesh.there = std::make_shared<TrianglesThere>(make_there(scene, std::span(&source, 1), std::span(&where, 1)));
@@ -277,8 +283,10 @@ std::span<const std::uint32_t> indices_of(MeshState& mesh) {
   return mesh.indices;
 }
 
-GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> from, SceneState& scene) {
+GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> from, const Origins& origins,
+                       SceneState& scene) {
   GivenScene given;
+  given.scene.origin = origins.scene;
   given.scene.name = "scene";
   SceneInstances& all = given.scene.instances;
   std::vector<MeshSource> sources;
@@ -287,7 +295,7 @@ GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> fr
   for (std::size_t i = 0; i < from.size(); ++i) {
     const std::string& where = names.emplace_back(fmt::format("mesh {}", i));
     const BallotMesh m = mesh_struct(meshes, i);
-    sources.push_back(read_source(m, from[i], scene, where));
+    sources.push_back(read_source(m, from[i], scene, origins.meshes[i], where));
     all.first.push_back(count);
     all.mesh_labels.push_back({.id = m.id, .kind = sources[i].state.kind});
     count += sources[i].state.triangles;
@@ -317,23 +325,6 @@ void bring_triangles(GivenScene& given) {
   if (!given.there || given.there->on_host) return;
   given.there->triangles.download(given.scene.triangles);
   given.there->on_host = true;
-}
-
-std::vector<Placement> read_instances(const BallotInstances& given) {
-  if (given.count && !given.transforms)
-    refuse(fmt::format("instances: transforms is NULL, but count is {}", given.count));
-  if (given.count > kMostInstances)
-    refuse(fmt::format("instances: count is {}; at most {} are possible", given.count, kMostInstances));
-  const std::size_t stride =
-      stride_of(given.transform_stride, sizeof(Transform), given.count, "instances: transform_stride");
-  std::vector<Placement> all(given.count);
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (given.meshes) all[i].mesh = given.meshes[i];
-    if (given.masks) all[i].mask = given.masks[i];
-    if (given.groups) all[i].group = given.groups[i];
-    std::memcpy(&all[i].transform, reinterpret_cast<const char*>(given.transforms) + i * stride, sizeof(Transform));
-  }
-  return all;
 }
 
 Bounds bounds_of(SceneState& scene, std::size_t mesh) {

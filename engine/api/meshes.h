@@ -14,10 +14,17 @@ inline std::size_t vertex_stride(std::size_t given, std::size_t count, const std
 /// Throws Refused unless there can be so many structs one after the other.
 void check_mesh_count(const BallotMesh* meshes, std::size_t count);
 
+/// Throws Refused unless a mesh names its vertices once, its indices once or not at all, and enough of each for its
+/// shapes. `where` begins the text.
+void check_mesh(const BallotMesh& m, const std::string& where);
+
 /// Vectors that lie one behind the other, in the caller's memory or gathered from there.
 struct DenseVertices {
   /// `stride`: bytes from one to the next, as vertex_stride() returns it.
   DenseVertices(const float* from, std::size_t stride, std::size_t count);
+  DenseVertices() = default;
+  DenseVertices(DenseVertices&&) = default;  // `all` stays what it is
+  DenseVertices& operator=(DenseVertices&&) = default;
   std::vector<glm::vec3> gathered;
   std::span<const glm::vec3> all;
 };
@@ -36,13 +43,15 @@ struct MeshBuffers {
 };
 
 /// Checks a mesh and reads its triangles and attributes. Triangles of arrays on the device are made there, and stay
-/// `there` unless the mesh has normals. The device is held. Throws Refused, which begins with `where`.
+/// `there` unless the mesh has normals. The device is held. Vertices are counted from `origin`. Throws Refused, which
+/// begins with `where`.
 struct GivenMesh {
   MeshState state;
   MeshGeometry geometry;
   std::shared_ptr<TrianglesThere> there = {};
 };
-GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const std::string& where);
+GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const glm::dvec3& origin,
+                    const std::string& where);
 
 /// Has the device make the triangles of a mesh of vertices that lie there, and writes its bounds. The device is held.
 /// Throws as read_mesh() does.
@@ -65,13 +74,12 @@ struct GivenScene {
 };
 /// Checks meshes and returns a scene of them. Writes their states by number. The device is held if one of them needs
 /// it: `from` has the arrays of each mesh there. Throws Refused, which names the mesh.
-GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> from, SceneState& scene);
+struct Origins;  // origins.h
+GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> from, const Origins& origins,
+                       SceneState& scene);
 
 /// Has the host have the triangles as well.
 void bring_triangles(GivenScene& given);
-
-/// Checks instances and returns them. Throws Refused.
-std::vector<Placement> read_instances(const BallotInstances& given);
 
 /// Returns the bounds of a mesh, by its index, in its own space. The device's mutex is held.
 Bounds bounds_of(SceneState& scene, std::size_t mesh);

@@ -154,6 +154,11 @@ Outputs::Outputs(std::span<const BallotOutput> given, std::span<const door::Row>
     if (std::ranges::count(arrays, array))
       refuse(fmt::format("{}: one array is given for {} and another output", call, name));
     if (array.get() == &asked) refuse(fmt::format("{}: the array of {} is what is asked", call, name));
+    if (row && row->type == door::Type::Doubles)
+      refuse(
+          fmt::format("{}: {} goes to the host's memory alone, not to an array on the device; expected the output "
+                      "in float32",
+                      call, name));
     if (row && !fits(*row, *array))
       refuse(fmt::format("{}: the buffer of {} holds other records; expected {}", call, name, record_of(*row)));
     if (row)

@@ -92,6 +92,43 @@ void PoseColumn::move(std::size_t place, std::span<Ray> rays) const {
   });
 }
 
+RayLanes::RayLanes(const Shape& shape, const std::array<Column, 4>& columns, const Column& pose)
+    : origin_(columns[0], shape),
+      t_min_(columns[1], shape),
+      direction_(columns[2], shape),
+      t_max_(columns[3], shape),
+      pose_(pose, shape) {}
+
+void RayLanes::read(std::size_t place, std::span<RayInDouble> to) const {
+  const std::size_t n = to.size();
+  std::ranges::fill(to, RayInDouble{});
+  origin_.for_doubles(place, n, [&](std::size_t i, const auto& v) { to[i].origin = {v[0], v[1], v[2]}; });
+  direction_.for_doubles(place, n, [&](std::size_t i, const auto& v) { to[i].dir = {v[0], v[1], v[2]}; });
+  t_min_.for_doubles(place, n, [&](std::size_t i, const auto& v) { to[i].t_min = v[0]; });
+  t_max_.for_doubles(place, n, [&](std::size_t i, const auto& v) { to[i].t_max = v[0]; });
+  pose_.for_doubles(place, n, [&](std::size_t i, const auto& m) {
+    const auto turned = [&](const glm::dvec3& v) {
+      return glm::dvec3(m[0] * v.x + m[1] * v.y + m[2] * v.z, m[4] * v.x + m[5] * v.y + m[6] * v.z,
+                        m[8] * v.x + m[9] * v.y + m[10] * v.z);
+    };
+    to[i].origin = turned(to[i].origin) + glm::dvec3(m[3], m[7], m[11]), to[i].dir = turned(to[i].dir);
+  });
+}
+
+bool RayLanes::any_far(const Recentring& of) const {
+  if (pose_ || !(origin_.column().is_double || direction_.column().is_double)) return false;
+  const Lane all = origin_.entries();
+  std::atomic<bool> any{false};
+  for_chunks(all.count(), kChunk, [&](std::size_t begin, std::size_t end) {
+    bool far = false;
+    all.for_doubles(begin, end - begin, [&](std::size_t, const auto& v) {
+      far = far || of.is_far({v[0], v[1], v[2]});
+    });
+    if (far) any = true;
+  });
+  return any;
+}
+
 WeightColumn::WeightColumn(const Shape& shape, const BallotColumn& given)
     : lane_(read_column({"rays", "weight"}, shape, given), shape) {}
 
@@ -136,6 +173,7 @@ RayArray::RayArray(const BallotRays& rays)
       pose_(read_column({"rays", "pose", kMostNumbers}, shape_, rays.pose)),
       columns_(shape_, {origin_, t_min_, direction_, t_max_}, {0, 0, 0, 0, 0, 0, 0, kNoBound}, kNoBound),
       poses_(pose_, shape_),
+      lanes_(shape_, {origin_, t_min_, direction_, t_max_}, pose_),
       filters_("rays", shape_, rays.mask, rays.excluded, rays.group),
       weights_(shape_, rays.weight) {}
 
@@ -143,14 +181,33 @@ void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> ray
   auto* records = reinterpret_cast<Columns<8>::Record*>(rays.data());
   for_chunks(rays.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     order.for_runs(first + begin, end - begin, [&](std::size_t i, std::size_t place, std::size_t n) {
+      if (recentring_) return recentre(place, rays.subspan(begin + i, n));
       columns_.read(place, n, records + begin + i);
       if (poses_) poses_.move(place, rays.subspan(begin + i, n));
     });
   });
 }
 
+void RayArray::ask(const SceneState& scene) {
+  const Scene& facts = scene.world->scene_facts();
+  const Forest* forest = scene.world->forest();
+  const Recentring asked(facts.origin, forest ? forest->summary().bounds : facts.bounds);
+  if (facts.origin != glm::dvec3(0) || lanes_.any_far(asked)) recentring_ = asked;
+}
+
+/// Reads rays in double and moves them.
+void RayArray::recentre(std::size_t place, std::span<Ray> rays) const {
+  std::array<RayInDouble, 64> given;
+  for (std::size_t i = 0; i < rays.size(); i += given.size()) {
+    const std::span some = std::span(given).first(std::min(given.size(), rays.size() - i));
+    read_given(place + i, some);
+    double moved;
+    for (std::size_t k = 0; k < some.size(); ++k) rays[i + k] = recentring_->ray(some[k], moved);
+  }
+}
+
 const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
-  const auto* records = poses_ ? nullptr : columns_.packed();
+  const auto* records = poses_ || recentring_ ? nullptr : columns_.packed();
   if (!records) return nullptr;
   std::atomic<bool> as_they_are{true};
   for_chunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
@@ -161,7 +218,7 @@ const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {
 }
 
 MakeQuestions<Ray> RayArray::make_there(Context& gpu, const RowOrder& order) const {
-  if (StreamRing::of(gpu).is_alone()) return {};
+  if (recentring_ || StreamRing::of(gpu).is_alone()) return {};
   const TableOf columns[] = {{origin_}, {t_min_}, {direction_}, {t_max_, {kNoBound}, kNoBound}, {pose_}};
   const std::span<const TableOf> all(columns);
   return maker<Ray>(gpu, poses_ ? tables_of(Made::PosedRays, shape_, order, all)
@@ -173,7 +230,8 @@ PointArray::PointArray(const BallotPoints& points, bool needs_limit)
       at_(read_column({"points", "at", 3, !points.x.data && !points.y.data && !points.z.data}, shape_, points.at)),
       limit_(read_column({"points", "limit", 1, needs_limit}, shape_, points.limit)),
       columns_(shape_, {at_, limit_}, {0, 0, 0, kNoLimit}, kNoLimit),
-      filters_("points", shape_, points.mask, points.excluded, points.group) {
+      filters_("points", shape_, points.mask, points.excluded, points.group),
+      at_lane_(at_, shape_) {
   const BallotColumn* const given[] = {&points.x, &points.y, &points.z};
   const bool by_axes = std::ranges::any_of(given, [](const BallotColumn* c) { return c->data; });
   if (by_axes && points.at.data) refuse("points: at is given beside x, y and z; expected the one or the others");
@@ -197,6 +255,7 @@ void PointArray::read(std::uint64_t first, std::span<ProbePoint> points) const {
   for_chunks(points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
     const std::size_t place = std::size_t(first) + begin, n = end - begin;
     columns_.read(place, n, records + begin);
+    if (origin_ != glm::dvec3(0)) return recentre(place, points.subspan(begin, n));
     for (int axis = 0; axis < 3; ++axis) {
       const Lane& lane = lanes_[std::size_t(axis)];
       const Column& c = lane.column();
@@ -210,8 +269,29 @@ void PointArray::read(std::uint64_t first, std::span<ProbePoint> points) const {
   });
 }
 
+void PointArray::ask(const SceneState& scene) { origin_ = scene.world->scene_facts().origin; }
+
+void PointArray::read_given(std::uint64_t first, std::span<glm::dvec3> points) const {
+  at_lane_.for_doubles(std::size_t(first), points.size(), [&](std::size_t i, const auto& v) {
+    points[i] = {v[0], v[1], v[2]};
+  });
+  for (int axis = 0; axis < 3; ++axis)
+    lanes_[std::size_t(axis)].for_doubles(std::size_t(first), points.size(),
+                                          [&](std::size_t i, const auto& v) { points[i][axis] = v[0]; });
+}
+
+/// Reads points in double and counts them from the scene's origin.
+void PointArray::recentre(std::uint64_t first, std::span<ProbePoint> points) const {
+  std::array<glm::dvec3, 64> given;
+  for (std::size_t i = 0; i < points.size(); i += given.size()) {
+    const std::span some = std::span(given).first(std::min(given.size(), points.size() - i));
+    read_given(first + i, some);
+    for (std::size_t k = 0; k < some.size(); ++k) points[i + k].at = glm::vec3(some[k] - origin_);
+  }
+}
+
 MakeQuestions<ProbePoint> PointArray::make_there(Context& gpu) const {
-  if (StreamRing::of(gpu).is_alone()) return {};
+  if (origin_ != glm::dvec3(0) || StreamRing::of(gpu).is_alone()) return {};
   const TableOf columns[] = {{axes_[0]}, {axes_[1]}, {axes_[2]}, {limit_, {kNoLimit}}};
   return maker<ProbePoint>(gpu, tables_of(Made::Points, shape_, RowOrder(), columns));
 }

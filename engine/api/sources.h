@@ -7,6 +7,7 @@
 #include <span>
 
 #include "engine/answer/filters.h"
+#include "engine/answer/recentring.h"
 #include "engine/answer/stream.h"
 #include "engine/answer/sums.h"
 #include "engine/api/columns.h"
@@ -54,6 +55,19 @@ class PoseColumn {
   Lane lane_;
 };
 
+/// The rays of a call in double. Keeps the caller's pointers, but not those of numbers that stand for all.
+class RayLanes {
+ public:
+  RayLanes(const Shape& shape, const std::array<Column, 4>& columns, const Column& pose);
+  /// Writes the rays from number `place` on, moved by their poses.
+  void read(std::size_t place, std::span<RayInDouble> to) const;
+  /// Returns true if a ray is far from what is asked, and its origin or direction was given in double.
+  bool any_far(const Recentring& of) const;
+
+ private:
+  Lane origin_, t_min_, direction_, t_max_, pose_;
+};
+
 /// The weights of rays, rounded to float32. Keeps the caller's pointer, but not that of a weight that stands for all.
 class WeightColumn {
  public:
@@ -89,14 +103,25 @@ class RayArray {
   const WeightColumn& weights() const { return weights_; }
   /// Returns what makes the rays on a device, in an order, if that has less to carry than the rays are; else nothing.
   MakeQuestions<Ray> make_there(Context& gpu, const RowOrder& order) const;
+  /// Asks a scene: what is read then are rays about its origin, moved to its bounds if they are far. The device is
+  /// held.
+  void ask(const SceneState& scene);
+  /// Returns how rays are moved; null: they are read as they are.
+  const Recentring* recentring() const { return recentring_ ? &*recentring_ : nullptr; }
+  /// Fills `rays` from number `first` of the array on, as they were given.
+  void read_given(std::size_t first, std::span<RayInDouble> rays) const { lanes_.read(first, rays); }
 
  private:
+  void recentre(std::size_t place, std::span<Ray> rays) const;
+
   Shape shape_;
   Column origin_, t_min_, direction_, t_max_, pose_;
   Columns<8> columns_;
   PoseColumn poses_;
+  RayLanes lanes_;
   FilterColumns filters_;
   WeightColumn weights_;
+  std::optional<Recentring> recentring_;
 };
 
 /// The points of a call.
@@ -110,14 +135,23 @@ class PointArray {
   const FilterColumns& filters() const { return filters_; }
   /// As of RayArray, in turn.
   MakeQuestions<ProbePoint> make_there(Context& gpu) const;
+  /// Asks a scene: what is read then are points about its origin.
+  void ask(const SceneState& scene);
+  const glm::dvec3& origin() const { return origin_; }
+  /// Fills `points` from number `first` of the array on, as they were given.
+  void read_given(std::uint64_t first, std::span<glm::dvec3> points) const;
 
  private:
+  void recentre(std::uint64_t first, std::span<ProbePoint> points) const;
+
   Shape shape_;
   Column at_, limit_;
   std::array<Column, 3> axes_;  // the same one by one, or in the place of it
   Columns<4> columns_;
   FilterColumns filters_;
   std::array<Lane, 3> lanes_;  // none: the points are in `at`
+  Lane at_lane_;
+  glm::dvec3 origin_{0};  // of the scene that is asked
 };
 
 }  // namespace ballot::api

@@ -110,6 +110,8 @@ struct MeshState {
   std::vector<float> radii = {};  // these two of each vertex, where its shapes have them
   std::vector<glm::vec3> normals = {};
   std::vector<MeshAttribute> attributes = {};  // on the device, as indices_there
+  glm::dvec3 origin{0};                        // of its own space, that its vertices are counted from
+  double rounding = 0;                         // how far float32 has moved one of its vertices at most
 };
 
 /// Edits that wait for a commit.
@@ -119,6 +121,8 @@ struct PendingEdits {
     const float* positions = nullptr;
     std::size_t stride = 0, count = 0;
     std::optional<DeviceVertices> there = {};
+    std::vector<glm::vec3> own = {};  // what `positions` names, if the caller's are of another kind or origin
+    double rounding = 0;
   };
   PendingEdits(const Scene& scene, SceneNumbers& next) : edits(scene, next) {}
   /// Lets go of what meshes have on the device, which is held.

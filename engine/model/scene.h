@@ -57,6 +57,7 @@ struct Scene {
   Sky sky;                         // scene files have none: the caller sets it
   std::vector<View> views;         // never empty: a scene without cameras gets "view0", which frames the scene
   Bounds bounds;                   // of all vertices; zero for an empty scene
+  glm::dvec3 origin{0};            // the point of the world that all coordinates are counted from
   std::vector<std::string> notes;  // what the loader ignored or mended, one sentence each
   std::shared_ptr<const Animation> animation;  // null: nothing moves
   std::vector<bool> turned;  // each part of the animation: its triangles' corners 1 and 2 have changed places (pose.h)

@@ -198,6 +198,15 @@ std::size_t SceneEdits::placement_count() const {
   return opened_ ? places_.size() : scene_.instances.placements.size();
 }
 
+std::map<std::uint32_t, std::uint32_t> SceneEdits::meshes_of_placements() const {
+  std::map<std::uint32_t, std::uint32_t> meshes;
+  for (const auto& [number, place] : places_) meshes.emplace_hint(meshes.end(), number, place.placement.mesh);
+  const SceneInstances& all = scene_.instances;
+  for (std::size_t p = 0; !opened_ && p < all.placements.size(); ++p)
+    meshes.emplace_hint(meshes.end(), all.placement_labels[p].number, all.mesh_labels[all.placements[p].mesh].number);
+  return meshes;
+}
+
 std::span<const Transform> SceneEdits::transforms() {
   if (some_.empty()) return all_;
   const SceneInstances& all = scene_.instances;

@@ -82,6 +82,8 @@ class SceneEdits {
   bool has_mesh(std::uint32_t mesh) const;
   void check_placement(std::uint32_t placement) const;
   std::size_t placement_count() const;
+  /// Returns the number of the mesh of each placement, by the number of that.
+  std::map<std::uint32_t, std::uint32_t> meshes_of_placements() const;
 
   /// Returns true if the edits are of anything but the vertices of meshes.
   bool changes_instances() const { return opened_ || !some_.empty() || !all_.empty(); }

@@ -27,7 +27,7 @@ ROWS = {"BallotQuery": "kQueryRows", "BallotSceneOptions": "kSceneRows", "Ballot
         "BallotTimes": "kTimesRows"}  # fmt: skip
 TYPES = {"BallotText": "Text", "BallotBool": "Bool", "uint32_t": "UInt32", "uint64_t": "UInt64", "float": "Float32",
          "double": "Float64", "char": "Chars", "float*": "Floats", "uint32_t*": "UInt32s", "uint8_t*": "Bools",
-         "BallotSums": "Sums", "BallotHit*": "Hits", "BallotNearestPoint*": "Nearests"}  # fmt: skip
+         "double*": "Doubles", "BallotSums": "Sums", "BallotHit*": "Hits", "BallotNearestPoint*": "Nearests"}  # fmt: skip
 NAMES = {"ballot_trace": "trace", "ballot_list_crossings": "crossings", "ballot_query_points": "nearest",
          "ballot_list_within": "within", "BallotHits": "trace_columns()"}  # fmt: skip
 
@@ -202,7 +202,7 @@ def python(door: Door) -> str:
         pairs = ", ".join(f'"{r.name}": ("{r.type}", {most_of(r)})' for r in rows)
         lines += [f'    "{kind}": {{{pairs}}},']
     lines += ['    "within": {},', "}"]
-    number = {"Floats": "np.float32", "UInt32s": "np.uint32", "Bools": "np.bool_"}
+    number = {"Floats": "np.float32", "Doubles": "np.float64", "UInt32s": "np.uint32", "Bools": "np.bool_"}
     for struct, name in (("BallotHits", "HIT_COLUMNS"), ("BallotNearest", "POINT_COLUMNS")):
         lines += [f"{name}: dict[str, tuple[type, tuple[int, ...]]] = {{  # dtype, and shape of an entry"]
         lines += [f'    "{r.name}": ({number[r.type]}, ({f"{r.count}," if r.count > 1 else ""})),'
