@@ -81,6 +81,9 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     need(path, "ballot_scene_load", "path");
     const BallotSceneOptions o = read_struct(options, "BallotSceneOptions");
     const auto state = new_state(d, o);
+    if (std::ranges::any_of(o.origin, [](double x) { return x != 0; }))
+      refuse(fmt::format("ballot_scene_load: origin is ({}, {}, {}); expected none: files find their own", o.origin[0],
+                         o.origin[1], o.origin[2]));
     ballot::LoadOptions load{.allow_outside = o.allow_outside != 0, .layout = layout_of(o)};
     if (o.instances) load.instances = ballot::find_named(ballot::kInstancePolicies, o.instances.text, "instances").id;
     ballot::Scene loaded = ballot::load_scene(path, load);

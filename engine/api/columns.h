@@ -90,8 +90,8 @@ class Lane {
       i += some;
     }
   }
-  /// Calls put(i, numbers) for questions [place, place + n) with the numbers of each, as they were given. Nothing if the
-  /// column is not given.
+  /// Calls put(i, numbers) for questions [place, place + n) with the numbers of each, as they were given. Nothing if
+  /// the column is not given.
   template <class Put>
   void for_doubles(std::size_t place, std::size_t n, const Put& put) const {
     std::array<double, kMostNumbers> numbers = column_.own_doubles;

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
-#include "engine/answer/recentring.h"
 #include "engine/core/geometry.h"
 #include "engine/core/unit_normal.h"
+#include "engine/model/recentring.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot::api {

@@ -5,8 +5,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "engine/answer/recentring.h"
 #include "engine/core/parallel.h"
+#include "engine/model/recentring.h"
 
 namespace ballot::api {
 

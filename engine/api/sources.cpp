@@ -189,10 +189,8 @@ void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> ray
 }
 
 void RayArray::ask(const SceneState& scene) {
-  const Scene& facts = scene.world->scene_facts();
-  const Forest* forest = scene.world->forest();
-  const Recentring asked(facts.origin, forest ? forest->summary().bounds : facts.bounds);
-  if (facts.origin != glm::dvec3(0) || lanes_.any_far(asked)) recentring_ = asked;
+  const Recentring asked = scene.world->recentring();
+  if (asked.origin() != glm::dvec3(0) || lanes_.any_far(asked)) recentring_ = asked;
 }
 
 /// Reads rays in double and moves them.

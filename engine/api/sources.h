@@ -7,11 +7,11 @@
 #include <span>
 
 #include "engine/answer/filters.h"
-#include "engine/answer/recentring.h"
 #include "engine/answer/stream.h"
 #include "engine/answer/sums.h"
 #include "engine/api/columns.h"
 #include "engine/core/parallel.h"
+#include "engine/model/recentring.h"
 #include "shaders/shared/layout.h"
 #include "shaders/shared/query.h"
 

@@ -1,12 +1,16 @@
 // Loads NumPy arrays of triangles: an .npy of shape (n, 3, 3) or (n, 9), x y z of three vertices, float32 or float64;
 // or an .npz with such an array, or with vertices and the indices of triangles.
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "engine/core/memory.h"
 #include "engine/files/loaders.h"
 #include "engine/files/npy_file.h"
 #include "engine/files/zip_file.h"
+#include "engine/model/recentring.h"
 
 namespace ballot {
 namespace {
@@ -34,21 +38,39 @@ Rows rows_of(const NpyFile& file) {
 bool are_floats(const Rows& rows) { return rows.kind == 'f' && (rows.bytes == 4 || rows.bytes == 8); }
 bool are_integers(const Rows& rows) { return rows.kind == 'i' || rows.kind == 'u'; }
 
-/// Reads rows of floats; float64 is rounded.
+/// Counts rows of points in double from an origin and rounds them. Returns the origin (origin_for()).
+template <std::size_t Width, class Rounded>
+glm::dvec3 round_rows(std::span<const std::array<double, Width>> rows, Rounded& to) {
+  glm::dvec3 lo(std::numeric_limits<double>::infinity()), hi = -lo;
+  for (const auto& row : rows)
+    for (std::size_t i = 0; i < Width; ++i)
+      if (const int axis = int(i % 3); std::isfinite(row[i]))
+        lo[axis] = std::min(lo[axis], row[i]), hi[axis] = std::max(hi[axis], row[i]);
+  const bool any = lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z;
+  const glm::dvec3 origin = any ? origin_for(lo, hi) : glm::dvec3(0);
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    auto* floats = reinterpret_cast<float*>(&to[r]);
+    for (std::size_t i = 0; i < Width; ++i) floats[i] = float(rows[r][i] - origin[int(i % 3)]);
+  }
+  return origin;
+}
+
+/// Reads rows of points; float64 is rounded about the origin that is returned.
 template <class Row, class Allocator>
-void read_floats(NpyFile& file, const Rows& rows, std::vector<Row, Allocator>& to) {
+glm::dvec3 read_floats(NpyFile& file, const Rows& rows, std::vector<Row, Allocator>& to) {
   static_assert(sizeof(Row) % sizeof(float) == 0);
   constexpr std::size_t kWidth = sizeof(Row) / sizeof(float);
   file.expect_items(rows.count, kWidth * rows.bytes, rows.bytes);
-  need_memory_for(rows.count * sizeof(Row), fmt::format("{} rows", rows.count));
+  const bool wide = rows.bytes == sizeof(double);
+  need_memory_for(rows.count * sizeof(Row) * (wide ? 3 : 1), fmt::format("{} rows", rows.count));
   to.resize(rows.count);
-  if (rows.bytes == sizeof(float)) return file.read(to.data(), to.size() * sizeof(Row));
-  std::array<double, kWidth> values;
-  for (Row& row : to) {
-    file.read(values.data(), sizeof values);
-    auto* floats = reinterpret_cast<float*>(&row);
-    for (std::size_t i = 0; i < kWidth; ++i) floats[i] = float(values[i]);
+  if (!wide) {
+    file.read(to.data(), to.size() * sizeof(Row));
+    return glm::dvec3(0);
   }
+  std::vector<std::array<double, kWidth>> values(rows.count);
+  file.read(values.data(), values.size() * sizeof values[0]);
+  return round_rows<Row, kWidth>(values, to);
 }
 
 Scene triangles_of(NpyFile& file) {
@@ -58,7 +80,7 @@ Scene triangles_of(NpyFile& file) {
   if (rows.count > kMaxTriangles)
     refuse("has {} triangles; expected at most {}; use a smaller scene", rows.count, kMaxTriangles);
   Scene scene;
-  read_floats(file, rows, scene.triangles);
+  scene.origin = read_floats(file, rows, scene.triangles);
   complete_mesh(scene);
   return scene;
 }
@@ -73,10 +95,11 @@ Scene indexed_of(NpyFile& vertices, NpyFile& faces) {
   if (corners.count > kMaxTriangles)
     refuse("has {} triangles; expected at most {}; use a smaller scene", corners.count, kMaxTriangles);
   std::vector<glm::vec3> positions;
-  read_floats(vertices, points, positions);
+  const glm::dvec3 origin = read_floats(vertices, points, positions);
   faces.expect_items(corners.count, 3 * corners.bytes, corners.bytes);
   need_memory_for(corners.count * sizeof(Triangle), fmt::format("{} triangles", corners.count));
   Scene scene;
+  scene.origin = origin;
   scene.triangles.resize(corners.count);
   for (std::size_t t = 0; t < scene.triangles.size(); ++t)
     for (glm::vec3& vertex : scene.triangles[t]) {

@@ -19,18 +19,23 @@ namespace fs = std::filesystem;
 constexpr std::string_view kHitDescr = "[('t', '<f4'), ('prim', '<u4'), ('u', '<f4'), ('v', '<f4')]";
 constexpr float kNoBound = std::numeric_limits<float>::max();
 
-float to_float(double value) {
+/// Returns a number that stays finite as float32 if it is.
+double held(double value) {
   constexpr double limit = std::numeric_limits<float>::max();
-  if (std::isinf(value) || std::isnan(value)) return static_cast<float>(value);
-  return static_cast<float>(std::clamp(value, -limit, limit));
+  return std::isfinite(value) ? std::clamp(value, -limit, limit) : value;
 }
 
-/// Makes a ray of a row of 8 or 6 numbers. An infinite t_max is no bound.
+/// Makes a ray of a row of 8 or 6 numbers.
 template <class Number>
-Ray ray_of(const Number* row, bool bounded) {
-  const auto f = [&](int i) { return to_float(double(row[i])); };
-  if (!bounded) return {{f(0), f(1), f(2)}, 0, {f(3), f(4), f(5)}, kNoBound};
-  return {{f(0), f(1), f(2)}, f(3), {f(4), f(5), f(6)}, std::min(f(7), kNoBound)};
+RayInDouble ray_of(const Number* row, bool bounded) {
+  const auto f = [&](int i) { return held(double(row[i])); };
+  if (!bounded) return {.origin = {f(0), f(1), f(2)}, .dir = {f(3), f(4), f(5)}};
+  return {{f(0), f(1), f(2)}, f(3), {f(4), f(5), f(6)}, f(7)};
+}
+
+/// Rounds a ray. An infinite t_max is no bound.
+Ray rounded(const RayInDouble& r) {
+  return {glm::vec3(r.origin), float(r.t_min), glm::vec3(r.dir), std::min(float(r.t_max), kNoBound)};
 }
 
 void write_array(const fs::path& path, std::string_view descr, const std::string& shape,
@@ -103,7 +108,7 @@ std::size_t RayFile::read(std::span<Ray> rays) {
 std::size_t RayFile::read_some(std::span<Ray> rays) {
   const std::size_t count = std::size_t(std::min<std::uint64_t>(rays.size(), left_));
   left_ -= count;
-  if (!wide_ && columns_ == 8) {
+  if (!wide_ && columns_ == 8 && !recentring_) {
     file_->read(rays.data(), count * sizeof(Ray));
     for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
       for (Ray& ray : rays.subspan(begin, end - begin)) ray.t_max = std::min(ray.t_max, kNoBound);
@@ -115,12 +120,49 @@ std::size_t RayFile::read_some(std::span<Ray> rays) {
   for (std::size_t first = 0; first < count; first += kRows) {
     const std::size_t some = std::min(kRows, count - first);
     file_->read(rows.data(), some * columns_ * (wide_ ? sizeof(double) : sizeof(float)));
-    for (std::size_t i = 0; i < some; ++i)
-      rays[first + i] = wide_ ? ray_of(rows.data() + i * columns_, columns_ == 8)
-                              : ray_of(reinterpret_cast<const float*>(rows.data()) + i * columns_, columns_ == 8);
+    if (wide_)
+      make(rows.data(), rays.subspan(first, some));
+    else
+      make(reinterpret_cast<const float*>(rows.data()), rays.subspan(first, some));
   }
   return count;
 }
+
+template <class Number>
+void RayFile::make(const Number* rows, std::span<Ray> rays) {
+  std::vector<double> moved(recentring_ ? rays.size() : 0);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const RayInDouble ray = ray_of(rows + i * columns_, columns_ == 8);
+    rays[i] = recentring_ ? recentring_->ray(ray, moved[i]) : rounded(ray);
+  }
+  moved_->add(moved);
+}
+
+std::shared_ptr<MovedRays> RayFile::ask(const Recentring& scene) {
+  if (wide_ || scene.origin() != glm::dvec3(0)) recentring_ = scene;
+  return moved_;
+}
+
+void MovedRays::add(std::span<const double> moved) {
+  const std::lock_guard lock(mutex_);
+  moved_.insert(moved_.end(), moved.begin(), moved.end());
+}
+
+std::vector<double> MovedRays::take(std::size_t count) {
+  const std::lock_guard lock(mutex_);
+  const auto end = moved_.begin() + std::ptrdiff_t(std::min(count, moved_.size()));
+  std::vector<double> taken(moved_.begin(), end);
+  moved_.erase(moved_.begin(), end);
+  return taken;
+}
+
+void MovedRays::tell_as_given(std::span<const std::uint32_t> counts, std::span<Hit> hits) {
+  const std::vector<double> moved = take(counts.size());
+  for (std::size_t i = 0, at = 0; i < moved.size(); at += counts[i++])
+    for (Hit& hit : hits.subspan(at, counts[i])) hit.t = float(double(hit.t) + moved[i]);
+}
+
+void MovedRays::tell_as_given(std::span<Hit> hits) { tell_as_given(std::vector<std::uint32_t>(hits.size(), 1), hits); }
 
 std::vector<Ray> read_rays(const fs::path& path) {
   RayFile file(path);

@@ -2,13 +2,17 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "engine/core/geometry.h"
+#include "engine/model/recentring.h"
 #include "shaders/shared/layout.h"
 
 namespace ballot {
@@ -23,6 +27,23 @@ struct DeadRays {
 };
 /// Counts them. Rays whose range is empty are not among them.
 DeadRays count_dead(std::span<const Ray> rays);
+
+/// How far rays were moved along themselves before they were asked: by how much their t is less. In their order; what
+/// was not added was not moved. Thread-safe.
+class MovedRays {
+ public:
+  void add(std::span<const double> moved);
+  /// Takes those of the next rays and gives their hits the t of the rays as they were: counts[i] hits of each.
+  void tell_as_given(std::span<const std::uint32_t> counts, std::span<Hit> hits);
+  /// The same for one hit of each ray.
+  void tell_as_given(std::span<Hit> hits);
+
+ private:
+  std::vector<double> take(std::size_t count);
+
+  std::mutex mutex_;
+  std::deque<double> moved_;
+};
 
 /// A file of rays, read in parts: float32 or float64, little endian, of shape (n, 8), with the columns in the
 /// order of Ray, or (n, 6): origin, direction, without bounds. float64 is rounded to float32; a finite value beyond its
@@ -40,6 +61,9 @@ class RayFile {
   /// Keeps part `index` of `parts` equal parts of the rays alone. Call it before read(). Throws Error(Work) if the file
   /// is standard input.
   void choose_part(std::uint64_t index, std::uint64_t parts);
+  /// Asks a scene: what is read are then rays about its origin, those of float64 and of scenes with an origin moved as
+  /// Recentring says. Call it before read(). Returns how far they are moved.
+  std::shared_ptr<MovedRays> ask(const Recentring& scene);
   /// Reads the next rays and returns their number: fewer than rays.size() only at the end. Throws Error(Work).
   std::size_t read(std::span<Ray> rays);
   /// Returns the dead ones of the rays that were read.
@@ -47,7 +71,11 @@ class RayFile {
 
  private:
   std::size_t read_some(std::span<Ray> rays);
+  template <class Number>
+  void make(const Number* rows, std::span<Ray> rays);
 
+  std::optional<Recentring> recentring_;
+  std::shared_ptr<MovedRays> moved_ = std::make_shared<MovedRays>();
   std::unique_ptr<NpyFile> file_;
   std::uint64_t count_ = 0, left_ = 0, columns_ = 0;
   bool wide_ = false;

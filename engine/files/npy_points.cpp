@@ -32,7 +32,13 @@ float rounded(double value) {
 
 }  // namespace
 
-std::vector<glm::vec3> read_points(const std::filesystem::path& path) {
+glm::vec3 PointsOfFile::about(const glm::dvec3& origin, std::size_t i) const {
+  if (in_double.empty() && origin == glm::dvec3(0)) return single[i];
+  const glm::dvec3 p = (in_double.empty() ? glm::dvec3(single[i]) : in_double[i]) - origin;
+  return {rounded(p.x), rounded(p.y), rounded(p.z)};
+}
+
+PointsOfFile read_points(const std::filesystem::path& path) {
   NpyFile file(path);
   const NpyHeader& header = file.header();
   const bool wide = header.descr == "'<f8'";
@@ -46,19 +52,14 @@ std::vector<glm::vec3> read_points(const std::filesystem::path& path) {
   file.expect_items(shape[0], 3 * number, number);
   if (shape[0] > std::numeric_limits<std::uint32_t>::max())
     file.stop(file.found() + "; expected less than 2^32 points; split the file");
-  need_memory(shape[0] * sizeof(glm::vec3), fmt::format("{}: {} points", path.string(), shape[0]));
-  std::vector<glm::vec3> points(shape[0]);
-  if (!wide) {
-    file.read(points.data(), points.size() * sizeof(glm::vec3));
-    return points;
-  }
-  constexpr std::size_t kBlock = 1 << 14;
-  std::vector<double> block(3 * kBlock);
-  for (std::size_t first = 0; first < points.size(); first += kBlock) {
-    const std::size_t some = std::min(kBlock, points.size() - first);
-    file.read(block.data(), 3 * some * sizeof(double));
-    for (std::size_t i = 0; i < some; ++i)
-      points[first + i] = {rounded(block[3 * i]), rounded(block[3 * i + 1]), rounded(block[3 * i + 2])};
+  need_memory(shape[0] * 3 * number, fmt::format("{}: {} points", path.string(), shape[0]));
+  PointsOfFile points;
+  if (wide) {
+    points.in_double.resize(shape[0]);
+    file.read(points.in_double.data(), points.in_double.size() * sizeof(glm::dvec3));
+  } else {
+    points.single.resize(shape[0]);
+    file.read(points.single.data(), points.single.size() * sizeof(glm::vec3));
   }
   return points;
 }

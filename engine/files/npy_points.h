@@ -10,10 +10,18 @@
 
 namespace ballot {
 
-/// Reads points: float32 or float64 of shape (n, 3), little endian. float64 is rounded to float32; a finite
-/// value beyond its range becomes the largest float32. "-" is standard input. Throws Error(Work) that names the file,
-/// the dtype and shape found, and those expected.
-std::vector<glm::vec3> read_points(const std::filesystem::path& path);
+/// Points as a file has them: one of the lists is empty.
+struct PointsOfFile {
+  std::vector<glm::vec3> single;
+  std::vector<glm::dvec3> in_double;
+
+  std::uint64_t count() const { return single.size() + in_double.size(); }
+  /// Returns a point, counted from an origin and rounded. A finite value beyond float32 becomes the largest float32.
+  glm::vec3 about(const glm::dvec3& origin, std::size_t i) const;
+};
+/// Reads points: float32 or float64 of shape (n, 3), little endian. "-" is standard input. Throws Error(Work) that
+/// names the file, the dtype and shape found, and those expected.
+PointsOfFile read_points(const std::filesystem::path& path);
 
 /// Reads a mask for each item: uint32 of shape (n,), little endian. Throws Error(Work) as read_points() does.
 std::vector<std::uint32_t> read_masks(const std::filesystem::path& path);

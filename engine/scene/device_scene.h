@@ -92,9 +92,8 @@ struct StartTimes {
   double device_s = 0, bvh_s = 0;
 };
 
-/// A scene on a device: its tree, its tracer, and what renders it. A DeviceScene and all engines that share its device
-/// belong to one thread at a time. DeviceScenes with devices of their own are independent: a process can have several
-/// devices, each with several scenes and a thread.
+/// A scene on a device: its tree, its tracer, and what renders it. DeviceScenes that share a device belong to one
+/// thread at a time; those with devices of their own are independent.
 class DeviceScene {
  public:
   /// Opens the device unless options.context has one, then builds the BVH or loads it from the cache. Throws
@@ -102,8 +101,7 @@ class DeviceScene {
   explicit DeviceScene(Scene scene, const DeviceSceneOptions& options = {}, const Progress& progress = {});
   ~DeviceScene();
 
-  /// Opens the device that the options name, for DeviceSceneOptions::context. Throws Error(Device) if no device is
-  /// usable.
+  /// Opens the device that options name, for their `context`. Throws Error(Device) if no device is usable.
   static std::shared_ptr<Context> open_device(const DeviceSceneOptions& options);
 
   /// Returns the scene. What has moved on the device, or with its instances, is brought back first, which takes time:
@@ -118,6 +116,8 @@ class DeviceScene {
   const Scene& placed_scene();
   /// Returns of each mesh whether its triangles lie on the device alone. They may stay there if the structure changes.
   std::vector<bool> meshes_there();
+  /// Returns how questions in double are asked: about the scene's origin, from within its bounds.
+  Recentring recentring() const { return {scene_.origin, forest_ ? forest_->summary().bounds : scene_.bounds}; }
   /// Returns the meshes' trees and the instances of a scene that has some; null if it has none.
   const Forest* forest() const { return forest_.get(); }
   /// Returns the number of triangles, counted through the instances, and the triangle in the world that a hit names.

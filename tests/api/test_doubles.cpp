@@ -340,11 +340,38 @@ TEST_F(PlacedDoubles, BadInput) {
   EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {mesh, ballot::mesh(there)}); }, &text), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(text.find("BallotSceneOptions::origin"), std::string::npos) << text;
 
+  EXPECT_EQ(code_of(
+                [&] {
+                  ballot::Scene::load(*device_, "a.obj", {.origin = {1, 0, 0}});
+                },
+                &text),
+            BALLOT_ERROR_ARGUMENT);
+  EXPECT_NE(text.find("origin is (1, 0, 0)"), std::string::npos) << text;
+
   const ballot::Scene far = far_scene();
   const ballot::Array<ballot::Ray> rays(*device_, 4);
   ballot::Array<double> t(*device_, 4);
   EXPECT_EQ(code_of([&] { far.trace(rays, {{"t_double", t}}, 4); }, &text), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(text.find("t_double goes to the host's memory alone"), std::string::npos) << text;
+}
+
+TEST_F(PlacedDoubles, ShapesAreInDoubleToo) {
+  const std::vector<double> centers{kUtm[0] + 0.3, kUtm[1], 1, kUtm[0] + 4, kUtm[1], 1};
+  const std::vector<float> radii{1, 0.5f};
+  ballot::Mesh spheres{.vertex_count = 2, .shapes = "spheres", .radii = radii.data()};
+  spheres.positions_double = centers.data();
+  const ballot::Scene scene(*device_, {spheres});
+  const std::vector<double> origins{kUtm[0] + 0.3, kUtm[1], 9, kUtm[0] + 4, kUtm[1], 1e8};
+  double t[2], at[6], distances[2];
+  scene.trace({.origins = origins, .directions = {0, 0, -1}}, {.t_double = t, .positions_double = at});
+  EXPECT_NEAR(t[0], 7, 1e-5);
+  EXPECT_NEAR(t[1], 1e8 - 1.5, 1e-5);
+  EXPECT_NEAR(at[2], 2, 1e-5);
+  EXPECT_NEAR(at[3], kUtm[0] + 4, 1e-8);
+  scene.nearest(std::vector<double>{kUtm[0] + 0.3, kUtm[1], 9, kUtm[0] + 4, kUtm[1], 3},
+                {.distances_double = distances});
+  EXPECT_NEAR(distances[0], 7, 1e-5);
+  EXPECT_NEAR(distances[1], 1.5, 1e-5);
 }
 
 TEST_F(PlacedDoubles, SizesThatNoOriginHelpsAreTold) {

@@ -29,8 +29,9 @@ class Points : public Cli {
   }
 
   /// Writes points.npy, or rays.npy of six columns.
-  void array(const std::string& name, const std::vector<float>& numbers, std::size_t columns) const {
-    std::string header = fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({}, {}), }}",
+  template <class Number = float>
+  void array(const std::string& name, const std::vector<Number>& numbers, std::size_t columns) const {
+    std::string header = fmt::format("{{'descr': '<f{}', 'fortran_order': False, 'shape': ({}, {}), }}", sizeof(Number),
                                      numbers.size() / columns, columns);
     header.resize((10 + header.size() + 64) / 64 * 64 - 10, ' ');
     header.back() = '\n';
@@ -38,7 +39,7 @@ class Points : public Cli {
     file += char(header.size() % 256);
     file += char(header.size() / 256);
     file += header;
-    file.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(float));
+    file.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
     write(name, file);
   }
   /// Writes an array of masks.
@@ -56,6 +57,29 @@ class Points : public Cli {
     return all;
   }
 };
+
+TEST_F(Points, ArraysInDoubleFarFromZero) {
+  constexpr double kEast = 500000.3, kNorth = 5e6 + 0.2;
+  array<double>("far.npy", {kEast, kNorth, 0, kEast + 2, kNorth, 0, kEast, kNorth + 2, 0}, 9);
+  array<double>("points.npy", {kEast + 0.25, kNorth + 0.5, 1.5, kEast - 3, kNorth, 0}, 3);
+  array<double>("rays.npy", {kEast + 0.25, kNorth + 0.5, 6e7, 0, 0, -1, kEast + 0.25, kNorth + 0.5, 3, 0, 0, -1}, 6);
+  succeed({"distance", "far.npy", "--points", "points.npy", "--out", "d.npy"});
+  const auto distances = items<float>("d.npy", "'<f4'");
+  ASSERT_EQ(distances.size(), 2u);
+  EXPECT_NEAR(distances[0], 1.5, 1e-6);
+  EXPECT_NEAR(distances[1], 3, 1e-6);
+  succeed({"trace", "far.npy", "--rays", "rays.npy", "--out", "h.npy"});
+  const auto found = hits("h.npy");
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].t, 6e7f);
+  EXPECT_NEAR(found[0].u, 0.125, 1e-6);
+  EXPECT_NEAR(found[1].t, 3, 1e-6);
+  succeed({"trace", "far.npy", "--rays", "rays.npy", "--out", "c.npy", "--all"});
+  EXPECT_EQ(items<float>("c.npy", "'ray'")[1], 6e7f);
+  succeed({"trace", "far.npy", "--rays", "rays.npy", "--out", "n.npy", "--count"});
+  EXPECT_EQ(items<std::uint32_t>("n.npy", "'<u4'"), (std::vector<std::uint32_t>{1, 1}));
+  expect_parts(succeed({"info", "far.npy"}).out, {"counted from the origin (500001"});
+}
 
 TEST_F(Points, Distances) {
   array("points.npy", {1, 1, 4, 1, 1, 1.75f, 9, 1, 1}, 3);

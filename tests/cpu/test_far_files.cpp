@@ -9,8 +9,8 @@ namespace {
 constexpr double kNorth = 4649776, kEast = 500000;  // float32 numbers are 0.5 apart there
 constexpr const char* kNote = "Far from the origin, up to 4649777";
 
-/// Returns the notes of a triangle of 1 m at a place, with a corner `finer` beside a whole number.
-std::vector<std::string> notes_of(const std::string& name, double east, double north, double finer) {
+/// Returns a triangle of 1 m at a place, with a corner `finer` beside a whole number, as a file has it.
+Scene far_file(const std::string& name, double east, double north, double finer) {
   const auto text = [&](const char* start) {
     return fmt::format("{}{} {} 0\n{}{} {} 0\n{}{} {} 0\n", start, east, north + finer, start, east + 1, north, start,
                        east, north + 1);
@@ -32,11 +32,23 @@ std::vector<std::string> notes_of(const std::string& name, double east, double n
     content.append(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
   }
   const TemporaryFolder folder;
-  return load_scene(folder.write(name, content)).notes;
+  return load_scene(folder.write(name, content));
+}
+std::vector<std::string> notes_of(const std::string& name, double east, double north, double finer) {
+  return far_file(name, east, north, finer).notes;
 }
 
-TEST(FarFiles, EveryFormatTellsThatItsNumbersAreRounded) {
-  for (const char* name : {"a.obj", "a.stl", "a.ply", "a.npy"}) {
+TEST(FarFiles, ArraysInDoubleAreCountedFromAnOrigin) {
+  const Scene scene = far_file("a.npy", kEast, kNorth, 0.4);
+  EXPECT_TRUE(scene.notes.empty());
+  EXPECT_NEAR(scene.origin.x, kEast, 1);
+  EXPECT_NEAR(scene.origin.y, kNorth, 1);
+  EXPECT_NEAR(double(scene.triangles[0][0].y) + scene.origin.y, kNorth + 0.4, 1e-7);
+  EXPECT_EQ(far_file("a.npy", 1, 1, 0.4).origin, glm::dvec3(0));
+}
+
+TEST(FarFiles, EveryFormatInTextTellsThatItsNumbersAreRounded) {
+  for (const char* name : {"a.obj", "a.stl", "a.ply"}) {
     SCOPED_TRACE(name);
     const std::vector<std::string> notes = notes_of(name, kEast, kNorth, 0.4);
     ASSERT_EQ(notes.size(), 1u);

@@ -49,8 +49,12 @@ class BlockRun {
 
   /// Makes a batch for each view that has such rays. Returns false if none has.
   bool make_batches(const std::vector<const View*>& views) {
+    const Recentring recentring = around_.world.recentring();
     for (const RayFile& file : rays_.files) {
-      batches_.push_back(around_.world.make_batch(rays_.name, file.rays, rays_.want));
+      std::vector<Ray> rays = file.rays;
+      if (recentring.origin() != glm::dvec3(0))
+        for (Ray& r : rays) r.origin = recentring.point(glm::dvec3(r.origin));
+      batches_.push_back(around_.world.make_batch(rays_.name, rays, rays_.want));
       views_.push_back(file.view);
     }
     if (!rays_.kind) return true;

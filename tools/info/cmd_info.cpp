@@ -24,6 +24,8 @@ void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
         s.instances.meshes(), s.triangles.size());
   say("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y, s.bounds.lo.z,
       s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
+  if (s.origin != glm::dvec3(0))
+    say("  counted from the origin ({:.12g}, {:.12g}, {:.12g})\n", s.origin.x, s.origin.y, s.origin.z);
   std::string views;
   for (const View& v : s.views) views += (views.empty() ? "" : ", ") + v.name;
   say("  views: {}\n  cameras: {}\n  holds: {}\n", views, camera_words(f), feature_words(f));

@@ -40,26 +40,30 @@ constexpr std::size_t kFilled = 1 << 14;  // points that a thread makes at a tim
 /// side, in rows of x, then y, then z.
 class AskedPoints {
  public:
-  explicit AskedPoints(std::vector<glm::vec3> points) : points_(std::move(points)) {}
+  explicit AskedPoints(PointsOfFile points) : points_(std::move(points)) {}
   AskedPoints(const Bounds& bounds, std::uint32_t side) : side_(side) {
     const glm::vec3 middle = 0.5f * bounds.lo + 0.5f * bounds.hi, sides = bounds.hi - bounds.lo;
     const float size = 1.2f * std::max({sides.x, sides.y, sides.z});
     lo_ = middle - glm::vec3(0.5f * size);
     step_ = size / float(side - 1);
   }
-  std::uint64_t count() const { return side_ ? std::uint64_t(side_) * side_ * side_ : points_.size(); }
+  std::uint64_t count() const { return side_ ? std::uint64_t(side_) * side_ * side_ : points_.count(); }
+  /// Has them counted from the origin of a scene, as a grid is.
+  void ask(const Scene& scene) { origin_ = scene.origin; }
   glm::vec3 at(std::uint64_t i) const {
-    if (!side_) return points_[std::size_t(i)];
+    if (!side_) return points_.about(origin_, std::size_t(i));
     const std::uint64_t row = i / side_;
     return lo_ + step_ * glm::vec3(float(i % side_), float(row % side_), float(row / side_));
   }
   nlohmann::json grid() const {
     if (!side_) return {};
-    return {{"side", side_}, {"first", {lo_.x, lo_.y, lo_.z}}, {"step", step_}};
+    const glm::dvec3 first = glm::dvec3(lo_) + origin_;
+    return {{"side", side_}, {"first", {first.x, first.y, first.z}}, {"step", step_}};
   }
 
  private:
-  std::vector<glm::vec3> points_;
+  PointsOfFile points_;
+  glm::dvec3 origin_{0};
   glm::vec3 lo_{0};
   float step_ = 0;
   std::uint32_t side_ = 0;
@@ -197,7 +201,8 @@ int run_distance(PointArgs& args) {
   DeviceScene& world = *opened.world;
   if (args.signed_distance) need_closed(world, args);
   const Bounds& bounds = world.forest() ? world.scene_facts().bounds : world.bvh().bounds;
-  const AskedPoints points = of_file ? *of_file : AskedPoints(bounds, args.grid);
+  AskedPoints points = of_file ? *of_file : AskedPoints(bounds, args.grid);
+  points.ask(world.scene_facts());
   std::vector<float> distances(std::size_t(points.count()));
   TraceTimes spent;
   const std::size_t near = find_distances(world, args, points, distances, spent);
@@ -216,10 +221,11 @@ int run_distance(PointArgs& args) {
 
 int run_inside(PointArgs& args) {
   note_files(args);
-  const AskedPoints points = *points_of_file(args);
+  AskedPoints points = *points_of_file(args);
   Opened opened = open_scene(args.world);
   DeviceScene& world = *opened.world;
   need_closed(world, args);
+  points.ask(world.scene_facts());
   TraceTimes spent;
   std::vector<std::uint8_t> flags(std::size_t(points.count()));
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> inside) {

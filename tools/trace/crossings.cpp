@@ -32,6 +32,7 @@ CrossingTrace count_crossings(DeviceScene& world, RayFile& file, const std::stri
                               const Progress& progress) {
   CrossingTrace result;
   std::vector<std::uint32_t> counts;
+  file.ask(world.recentring());
   const RaySource source = source_of(file, want, progress);
   counts.reserve(std::size_t(source.count));
   const auto take = [&](std::uint64_t, std::span<const std::uint32_t> some) {
@@ -46,16 +47,20 @@ CrossingTrace count_crossings(DeviceScene& world, RayFile& file, const std::stri
 CrossingTrace list_crossings(DeviceScene& world, RayFile& file, const std::string& to, const CrossingsWanted& want,
                              const Progress& progress) {
   CrossingTrace result;
+  const std::shared_ptr<MovedRays> moved = file.ask(world.recentring());
   const RaySource source = source_of(file, want, progress);
+  std::vector<Hit> told;
   write_atomically(to, [&](OutputFile& out) {
     std::string start = crossings_start(0);
     out.write(start.data(), start.size());
     std::vector<Record> records;
     const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Hit> hits) {
       records.clear();
+      told.assign(hits.begin(), hits.end());
+      moved->tell_as_given(counts, told);
       std::size_t next = 0;
       for (std::size_t i = 0; i < counts.size(); ++i)
-        for (std::uint32_t k = 0; k < counts[i]; ++k) records.push_back({std::uint32_t(first + i), hits[next++]});
+        for (std::uint32_t k = 0; k < counts[i]; ++k) records.push_back({std::uint32_t(first + i), told[next++]});
       out.write(records.data(), records.size() * sizeof(Record));
       result.crossings += records.size();
     };
@@ -70,13 +75,17 @@ CrossingTrace list_crossings(DeviceScene& world, RayFile& file, const std::strin
 CrossingTrace first_crossings(DeviceScene& world, RayFile& file, const std::string& to, const CrossingsWanted& want,
                               const Progress& progress) {
   CrossingTrace result;
+  const std::shared_ptr<MovedRays> moved = file.ask(world.recentring());
   const RaySource source = source_of(file, want, progress);
+  std::vector<Hit> told;
   write_atomically(to, [&](OutputFile& out) {
     const std::string start = hits_start(source.count);
     out.write(start.data(), start.size());
     const auto take = [&](std::uint64_t, std::span<const Hit> hits) {
       for (const Hit& hit : hits) result.crossings += hit.prim != NO_HIT;
-      out.write(hits.data(), hits.size_bytes());
+      told.assign(hits.begin(), hits.end());
+      moved->tell_as_given(told);
+      out.write(told.data(), told.size() * sizeof(Hit));
     };
     result.times = world.rays().first(source, 1, take, want.query);
   });

@@ -57,6 +57,8 @@ FileTrace trace_to(DeviceScene& world, RayFile file, const WriteBehind::Write& w
   FileTrace result;
   result.rays = file.count();
   const std::string start = hits_start(result.rays);
+  const std::shared_ptr<MovedRays> moved = file.ask(world.recentring());
+  std::vector<Hit> told;
   ReadAhead in(std::move(file));
   WriteBehind out(write);
   out.add(std::as_bytes(std::span(start)));
@@ -72,7 +74,9 @@ FileTrace trace_to(DeviceScene& world, RayFile file, const WriteBehind::Write& w
       .take =
           [&](std::uint64_t, std::span<const Hit> hits) {
             result.hits += count_hits(hits);
-            out.add(std::as_bytes(hits));
+            told.assign(hits.begin(), hits.end());
+            moved->tell_as_given(told);
+            out.add(std::as_bytes(std::span(told)));
           },
       .progress = [&](std::uint64_t done) { progress(double(done) / double(result.rays)); },
   };

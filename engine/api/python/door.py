@@ -27,7 +27,8 @@ ROWS = {"BallotQuery": "kQueryRows", "BallotSceneOptions": "kSceneRows", "Ballot
         "BallotTimes": "kTimesRows"}  # fmt: skip
 TYPES = {"BallotText": "Text", "BallotBool": "Bool", "uint32_t": "UInt32", "uint64_t": "UInt64", "float": "Float32",
          "double": "Float64", "char": "Chars", "float*": "Floats", "uint32_t*": "UInt32s", "uint8_t*": "Bools",
-         "double*": "Doubles", "BallotSums": "Sums", "BallotHit*": "Hits", "BallotNearestPoint*": "Nearests"}  # fmt: skip
+         "double*": "Doubles", "BallotSums": "Sums", "BallotHit*": "Hits",
+         "BallotNearestPoint*": "Nearests"}  # fmt: skip
 NAMES = {"ballot_trace": "trace", "ballot_list_crossings": "crossings", "ballot_query_points": "nearest",
          "ballot_list_within": "within", "BallotHits": "trace_columns()"}  # fmt: skip
 
@@ -199,7 +200,8 @@ def python(door: Door) -> str:
     lines += ["#: the options of each kind, by name, with the kind of their values and the largest number",
               "OPTIONS: dict[str, dict[str, tuple[str, int]]] = {"]  # fmt: skip
     for kind, rows in of.items():
-        pairs = ", ".join(f'"{r.name}": ("{r.type}", {most_of(r)})' for r in rows)
+        types = [r.type if r.count == 1 else f"{r.type}x{r.count}" for r in rows]
+        pairs = ", ".join(f'"{r.name}": ("{t}", {most_of(r)})' for r, t in zip(rows, types))
         lines += [f'    "{kind}": {{{pairs}}},']
     lines += ['    "within": {},', "}"]
     number = {"Floats": "np.float32", "Doubles": "np.float64", "UInt32s": "np.uint32", "Bools": "np.bool_"}

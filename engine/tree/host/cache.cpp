@@ -80,18 +80,18 @@ bool read_array(std::FILE* in, std::vector<T>& out, std::uint64_t count) {
   return std::fread(out.data(), sizeof(T), count, in) == count;
 }
 
-struct Shape {
+struct TreeShape {
   std::uint32_t leaves = 0, depth = 0, largest_leaf = 0;  // as BvhStats
 };
 
 // Returns the shape of a tree. Returns nothing if a traversal could leave the arrays or meet anything twice: every
 // child lies after its parent, as flatten() puts it, and has one parent; the leaves share out the references; node 1 is
 // empty.
-std::optional<Shape> shape_of(const Bvh& bvh, std::size_t triangle_count) {
+std::optional<TreeShape> shape_of(const Bvh& bvh, std::size_t triangle_count) {
   constexpr std::uint32_t kNoParent = std::numeric_limits<std::uint32_t>::max();
   const auto exists = [&](std::uint32_t prim) { return prim < triangle_count; };
   if (bvh.nodes.size() % 2 != 0 || !std::ranges::all_of(bvh.references, exists)) return std::nullopt;
-  Shape shape;
+  TreeShape shape;
   std::uint64_t references = 0;
   std::vector<std::uint32_t> above(bvh.nodes.size() / 2, kNoParent);  // inner nodes above each pair of siblings
   if (!above.empty()) above[0] = 0;
@@ -123,7 +123,7 @@ std::optional<Bvh> read_tree(std::FILE* in, std::uint64_t bytes, const Hash& key
     return std::nullopt;
   if (!XXH128_isEqual(checksum_of(h, bvh), h.checksum)) return std::nullopt;
   // The checksum tells damage, not intent, and stacks are as deep as the tree says.
-  const std::optional<Shape> shape = shape_of(bvh, triangle_count);
+  const std::optional<TreeShape> shape = shape_of(bvh, triangle_count);
   if (!shape || shape->depth != h.depth || shape->leaves != h.leaves) return std::nullopt;
   bvh.bounds = h.bounds;
   bvh.stats = {.triangles = h.triangles,

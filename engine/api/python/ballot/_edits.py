@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from . import _arrays, _attributes, _ballot, _mesh, _query, _scene_arguments
+from . import _arrays, _attributes, _ballot, _errors, _mesh, _query, _scene_arguments
 from ._array import Array, there
 from ._device import Device
-from ._door import InstanceInfo, MeshInfo
+from ._door import InstanceInfo, MeshInfo, SceneInfo
 from ._mesh import Mesh
 
 _MOST = 2**32 - 2
+_ORIGIN = SceneInfo._fields.index("origin")
 
 
 class Edits:
@@ -33,6 +34,7 @@ class Edits:
     _changed: dict[int, Mesh | None]  # what edits make of meshes; None: nothing
     _held: dict[int | str, np.ndarray | Array]  # what commit() reads
     _boxes: dict[int, np.ndarray] | None  # middle and half the size of meshes, by number; None: not known yet
+    _origins: dict[int, tuple[float, float, float]]  # of these meshes
     _places: np.ndarray | None  # number and mesh of each instance; None: not known yet
 
     def _begin(self, own: dict[int, Mesh | None], instances: int) -> None:
@@ -117,6 +119,7 @@ class Edits:
         mesh      its number
         vertices  (n, 3) float32 or float64, as many as before; of a mesh from a file, or without triangles, its corners
                   (m, 3, 3) or (3 m, 3). Contiguous float32 is read in place, by commit(): leave it as it is until then.
+                  float64 is counted from the mesh's origin, which stays.
                   Or an Array of "vertices", which commit() reads on the device: trees that lie there follow without the
                   host; wait for your own stream before
 
@@ -166,7 +169,8 @@ class Edits:
         matrices = _arrays.as_numpy(instances, "instances")
         if meshes is not None and np.ndim(meshes) == 0:
             meshes = np.full(len(matrices), _query.integer(meshes, "meshes", 0, _MOST), np.uint32)
-        given = _mesh.instances(matrices, meshes, masks, groups, self._boxes_of)
+        given = _mesh.instances(matrices, meshes, masks, groups)
+        self._warn_of_places(given[0], given[1])
         numbers = self._handle.add_instances(given)
         self._edited = True
         self._next[1] = max([self._next[1], *(int(n) + 1 for n in numbers[-1:])])
@@ -198,9 +202,10 @@ class Edits:
         which = None if instances is None else _mesh.numbers(instances, "instances")
         if instances is not None and np.ndim(instances) == 0:
             transforms = [transforms]
-        matrices = _mesh.transforms(transforms, lambda: self._boxes_of(self._meshes_of(which)))
+        matrices = _mesh.transforms(transforms)
         if which is not None and len(which) != len(matrices):
             raise ValueError(f"transforms: found {len(matrices)}; expected {len(which)}, one for each instance")
+        self._warn_of_places(matrices, None if matrices.dtype != np.float64 else self._meshes_of(which))
         self._handle.set_transforms(matrices, which)
         self._edited = True
         if which is None:
@@ -261,6 +266,9 @@ class Edits:
                 self._own[key] = own._replace(vertices=at.copy() if isinstance(at, np.ndarray) else at.read())
         self._moved.update(n for n in held if isinstance(n, int) and self._own.get(n) is None)
         self._boxes = self._places = None
+        moved = {n: f"mesh {n}: vertices" for n, v in held.items() if isinstance(n, int) and _mesh.is_moved(v)}
+        if moved:
+            _mesh.warn_of_rounding(self.meshes, moved)
 
     def discard(self) -> None:
         """Drops the edits."""
@@ -280,14 +288,28 @@ class Edits:
 
     def _change(self, number: int, mesh: Mesh, normals: Any) -> None:
         if self._boxes is not None:
-            self._boxes[number] = _mesh.box(mesh)
+            known = not isinstance(mesh.vertices, np.ndarray) or mesh.vertices.dtype == np.float32  # else about what?
+            self._boxes[number] = _mesh.box(mesh) if known else np.full((2, 3), np.nan)
         self._changed[number] = _mesh.kept(mesh, normals)
+
+    def _warn_of_places(self, matrices: np.ndarray, meshes: np.ndarray | None) -> None:
+        """Warns if float32 moves an instance of a mesh, by its number, by too much."""
+        if meshes is None or matrices.dtype != np.float64:
+            return
+        boxes = self._boxes_of(meshes)
+        if boxes is None or len(boxes) != len(matrices):
+            return
+        origins = np.array([self._origins.get(int(m), (0, 0, 0)) for m in meshes], np.float64).reshape(-1, 3)
+        scene = np.asarray(self._handle.info()[_ORIGIN], np.float64)
+        if text := _mesh.moved_place(_mesh.places(matrices, origins, scene), boxes):
+            _errors.warn(text)
 
     def _boxes_of(self, meshes: np.ndarray) -> np.ndarray | None:
         """Returns the middle and half the size of the bounds of meshes, by their numbers: (k, 2, 3); None: there is no
         such mesh."""
         if self._boxes is None:
             self._boxes = {m.mesh: _mesh.box_of(m.lo, m.hi) for m in self.meshes}
+            self._origins = {m.mesh: m.origin for m in self.meshes}
         known, inverse = np.unique(meshes, return_inverse=True)
         if not all(int(m) in self._boxes for m in known):
             return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,12 +10,13 @@ import numpy as np
 from . import _arrays, _attributes, _errors, _query
 from ._array import Array, there
 from ._device import Device
+from ._door import MeshInfo
 
 
 class Mesh(NamedTuple):
     """A mesh, with copies of its own of what a pickled scene needs."""
 
-    vertices: np.ndarray | Array  # (n, 3) float32
+    vertices: np.ndarray | Array  # (n, 3) float32 or float64
     indices: np.ndarray | Array | None  # (3 m,) uint16 or uint32
     id: int
     normals: np.ndarray | None  # (n, 3) float32
@@ -23,6 +24,7 @@ class Mesh(NamedTuple):
     radii: np.ndarray | None = None  # (n,) float32, of shapes
     name: str | None = None
     attributes: tuple[_attributes.Passed, ...] = ()
+    origin: tuple[float, float, float] | None = None  # None: the library's choice
 
 
 def vectors(given: Any, name: str) -> np.ndarray:
@@ -34,22 +36,37 @@ def vectors(given: Any, name: str) -> np.ndarray:
 
 
 def positions(given: Any, name: str, corners: bool = False) -> np.ndarray:
-    """Returns vertices as vectors() does, and warns if float32 moves one by too much. `corners`: (m, 3, 3), of
-    triangles, are taken too."""
+    """Returns vertices as vectors() does, or float64 as it is: the library counts it from an origin. `corners`:
+    (m, 3, 3), of triangles, are taken too."""
     array = _arrays.as_numpy(given, name)
     if corners and array.ndim == 3 and array.shape[1:] == (3, 3):
         array = array.reshape(-1, 3)
-    rounded = vectors(array, name)
-    far = rounding(array, rounded)
-    if far is not None:
-        _errors.warn(f"{name}: {far}")
-    return rounded
+    if array.dtype.kind != "f" or array.dtype.itemsize != 8:
+        return vectors(array, name)
+    array = _arrays.numbers(array, name, (3,))
+    if array.ndim != 2:
+        raise ValueError(f"{name}: shape is {array.shape}; expected (n, 3)")
+    return _arrays.contiguous(array)
+
+
+def warn_of_rounding(meshes: Iterable[MeshInfo], names: Mapping[int, str]) -> None:
+    """Warns of those meshes of a scene that are named and whose vertices float32 has moved by too much."""
+    for m in meshes:
+        size = max(high - low for low, high in zip(m.lo, m.hi))
+        if m.mesh not in names or not 0 < _MOST_MOVED * size < m.rounding:
+            continue
+        origin = ", ".join(f"{x:.9g}" for x in m.origin)
+        _errors.warn(
+            f"{names[m.mesh]}: float32 moves a vertex by {m.rounding:.3g}, which is {m.rounding / size:.1e} of the "
+            f"mesh's size of {size:.6g} (above 2^-20), so answers may be others: numbers are counted from ({origin}), "
+            "and reach too far from there; give what lies far apart scenes of its own"
+        )
 
 
 _MOST_MOVED = 2.0**-20  # of a mesh's size: more is told
 
 
-def rounding(array: np.ndarray, rounded: np.ndarray) -> str | None:
+def rounding(array: np.ndarray) -> str | None:
     """Returns a text about the vertex (n, 3) that float32 moves most, if that is more than 2^-20 of the mesh's size."""
     if len(array) == 0 or array.dtype.itemsize <= 4:
         return None
@@ -62,7 +79,7 @@ def rounding(array: np.ndarray, rounded: np.ndarray) -> str | None:
                 return None
         if not 0 < size < np.inf:
             return None
-        moved = np.linalg.norm(array - rounded, axis=1)
+        moved = np.linalg.norm(array - array.astype(np.float32), axis=1)
     vertex = int(moved.argmax())
     if not moved[vertex] > _MOST_MOVED * size:
         return None
@@ -81,8 +98,8 @@ def _own(array: np.ndarray, given: Any) -> np.ndarray:
 
 def passed(mesh: Mesh) -> tuple[Any, ...]:
     """Returns a mesh as the extension takes it."""
-    parts = [part._handle if isinstance(part, Array) else part for part in mesh[:-1]]
-    return (*parts, [_attributes.passed(a) for a in mesh.attributes])
+    parts = [part._handle if isinstance(part, Array) else part for part in mesh[:-2]]
+    return (*parts, [_attributes.passed(a) for a in mesh.attributes], mesh.origin)
 
 
 def _indices(triangles: Any, name: str, device: Device | None) -> np.ndarray | Array:
@@ -129,6 +146,11 @@ def make(
     return Mesh(v, t, number, n)
 
 
+def is_moved(vertices: np.ndarray | Array) -> bool:
+    """Returns True if float32 without an origin would move a vertex of float64 by too much."""
+    return isinstance(vertices, np.ndarray) and vertices.dtype == np.float64 and rounding(vertices) is not None
+
+
 def beside(mesh: Mesh, attributes: Any, name: Any, where: str, device: Device | None) -> Mesh:
     """Returns the mesh with checked attributes and its name, or None."""
     read = _attributes.read_all(attributes, where, device)
@@ -144,7 +166,7 @@ def kept(mesh: Mesh, normals: Any) -> Mesh:
     """Returns the mesh without its vertices, indices and attributes, which the scene can tell, and with normals that
     nobody else changes. Of shapes it tells all but attributes."""
     if mesh.kind:
-        own: list[Any] = [part.copy() if isinstance(part, np.ndarray) else part for part in mesh[:-1]]
+        own: list[Any] = [part.copy() if isinstance(part, np.ndarray) else part for part in mesh[:-2]]
         return Mesh(*own)
     return Mesh(
         np.empty((len(mesh.vertices), 0), np.float32),
@@ -160,14 +182,18 @@ def readable(parts: Iterable[Any]) -> tuple[Any, ...]:
     return tuple(_arrays.contiguous(part) if isinstance(part, np.ndarray) else part for part in parts)
 
 
-def restored(mesh: Mesh, corners: np.ndarray, indices: np.ndarray) -> Mesh:
-    """Returns the mesh with vertices again, from the corners (m, 3, 3) of its triangles, and with its indices."""
+def restored(mesh: Mesh, corners: np.ndarray, indices: np.ndarray, origin: tuple[float, float, float]) -> Mesh:
+    """Returns the mesh with vertices again, from the corners (m, 3, 3) of its triangles about its origin, and with its
+    indices."""
     if mesh.kind:
         return mesh
     corners = corners.reshape(-1, 3)
+    if any(origin):
+        corners, mesh = corners + np.asarray(origin, np.float64), mesh._replace(origin=origin)
     if mesh.indices is None:
         return mesh._replace(vertices=corners.copy())
-    vertices = np.zeros((len(mesh.vertices), 3), np.float32)  # those of no triangle stay zero
+    vertices = np.zeros((len(mesh.vertices), 3), corners.dtype)
+    vertices += np.asarray(origin, corners.dtype)  # where those of no triangle stay
     vertices[indices] = corners
     return mesh._replace(vertices=vertices, indices=indices)
 
@@ -185,37 +211,38 @@ def box(mesh: Mesh) -> np.ndarray:
     return box_of(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
 
 
-def transforms(given: Any, boxes: Callable[[], np.ndarray | None]) -> np.ndarray:
-    """Returns (k, 12) float32 of matrices (k, 3, 4) or (k, 4, 4), whose last row is left out. Warns if float32 moves an
-    instance by too much: boxes() returns what box() does of the mesh of each, or None."""
-    array = _arrays.as_numpy(given, "instances")
-    rounded = _arrays.floats(array, "instances", (4,))
+def transforms(given: Any) -> np.ndarray:
+    """Returns (k, 12) float32 or float64 of matrices (k, 3, 4) or (k, 4, 4), whose last row is left out."""
+    array = _arrays.numbers(given, "instances", (4,))
     if array.ndim != 3 or array.shape[1] not in (3, 4):
         raise ValueError(f"instances: shape is {array.shape}; expected (k, 3, 4) or (k, 4, 4)")
-    matrices = rounded[:, :3]
-    if array.dtype.itemsize > 4:
-        bounds = boxes()
-        if bounds is not None and len(bounds) == len(array):
-            _warn_of_places(array[:, :3].astype(np.float64), matrices, bounds[:, 0], bounds[:, 1])
-    return _arrays.contiguous(matrices, np.float32).reshape(-1, 12)
+    return _arrays.contiguous(array[:, :3]).reshape(-1, 12)
 
 
-def _warn_of_places(given: np.ndarray, rounded: np.ndarray, middle: np.ndarray, half: np.ndarray) -> None:
-    """Warns if float32 moves an instance, of a mesh with these bounds, by more than 2^-20 of its size."""
+def places(matrices: np.ndarray, meshes: np.ndarray, scene: np.ndarray) -> np.ndarray:
+    """Returns matrices (k, 3, 4) from numbers about the origins of meshes (k, 3) to those about the scene's (3,)."""
+    own = matrices.astype(np.float64).reshape(-1, 3, 4)
+    own[..., 3] = (own[..., 3] - scene) + np.einsum("kij,kj->ki", own[..., :3], meshes)
+    return own
+
+
+def moved_place(given: np.ndarray, boxes: np.ndarray) -> str | None:
+    """Returns a text about the instance, as places() returns it, that float32 moves most, if that is more than 2^-20 of
+    its size. `boxes`: box() of the mesh of each."""
+    middle, half = boxes[:, 0], boxes[:, 1]
     with np.errstate(all="ignore"):
-        wrong = given - rounded
+        wrong = given - given.astype(np.float32)
         shift = np.einsum("kij,kj->ki", wrong[..., :3], middle) + wrong[..., 3]
         moved = (np.abs(shift) + np.einsum("kij,kj->ki", np.abs(wrong[..., :3]), half)).max(axis=1, initial=0)
         size = 2 * np.einsum("kij,kj->ki", np.abs(given[..., :3]), half).max(axis=1, initial=0)
         share = np.where((size > 0) & np.isfinite(size), moved / size, 0)
     if not (share > _MOST_MOVED).any():
-        return
-    worst, places = int(share.argmax()), given[..., 3]
-    origin = ", ".join(f"{x:.9g}" for x in places.min(axis=0) / 2 + places.max(axis=0) / 2)
-    _errors.warn(
+        return None
+    worst = int(share.argmax())
+    return (
         f"instances: float32 moves instance {worst} by {moved[worst]:.3g}, which is {share[worst]:.1e} of its size of "
-        f"{size[worst]:.6g} (above 2^-20), so answers may be others; subtract ({origin}) from the last column of the "
-        "matrices, from rays and points in float64 first"
+        f"{size[worst]:.6g} (above 2^-20), so answers may be others: it lies too far from the scene's origin; name "
+        "another one (origin), or give what lies far apart scenes of its own"
     )
 
 
@@ -250,10 +277,8 @@ def words(given: Any, name: str, count: int) -> np.ndarray:
 Instances = tuple[np.ndarray, np.ndarray, "np.ndarray | None", "np.ndarray | None"]
 
 
-def instances(
-    given: Any, meshes: Any, masks: Any, groups: Any, boxes: Callable[[np.ndarray], np.ndarray | None]
-) -> Instances:
-    """Returns instances of checked arrays. `boxes` returns what box() does of meshes by their numbers."""
+def instances(given: Any, meshes: Any, masks: Any, groups: Any) -> Instances:
+    """Returns instances of checked arrays."""
     matrices = _arrays.as_numpy(given, "instances")
     count = len(matrices) if matrices.ndim else 0
     which = np.zeros(count, np.uint32) if meshes is None else _whole(meshes, "instance_meshes", f"{count} integers")
@@ -261,4 +286,4 @@ def instances(
         raise ValueError(f"instance_meshes: shape is {which.shape}; expected {count} integers, one for each matrix")
     bits = None if masks is None else words(masks, "masks", count)
     own = None if groups is None else words(groups, "groups", count)
-    return transforms(matrices, lambda: boxes(which)), which, bits, own
+    return transforms(matrices), which, bits, own

@@ -25,7 +25,7 @@ def state_of(scene: Any) -> dict[str, Any]:
         if m.mesh in taken:
             own = kept.get(m.mesh) or Mesh(np.empty((3 * m.triangles, 0), np.float32), None, m.id, None)
             its = corners[m.first : m.first + m.triangles]
-            arrays[m.mesh] = tuple(_mesh.restored(own, its, scene._handle.indices(m.mesh)))
+            arrays[m.mesh] = tuple(_mesh.restored(own, its, scene._handle.indices(m.mesh), m.origin))
     return {
         "path": scene._path,
         "time": scene._time,
@@ -41,10 +41,21 @@ def state_of(scene: Any) -> dict[str, Any]:
         "moved": set(scene._moved),
         "numbers": np.array([i.instance for i in instances], np.uint32),
         "which": np.array([i.mesh for i in instances], np.uint32),
-        "matrices": np.array([i.transform for i in instances], np.float32).reshape(-1, 12),
+        "origin": scene.info.origin,
+        "matrices": _matrices(meshes, instances, scene.info.origin),
         "masks": np.array([i.mask for i in instances], np.uint32),
         "groups": np.array([i.group for i in instances], np.uint32),
     }
+
+
+def _matrices(meshes: list[Any], instances: list[Any], origin: tuple[float, float, float]) -> np.ndarray:
+    """Returns the matrices of instances in the world, from numbers of their meshes' own spaces: (k, 12)."""
+    matrices = np.array([i.transform for i in instances], np.float32).reshape(-1, 12)
+    origins = {m.mesh: m.origin for m in meshes}
+    if not any(origin) and not any(any(o) for o in origins.values()):
+        return matrices
+    minus = -np.array([origins[i.mesh] for i in instances], np.float64).reshape(-1, 3)
+    return _mesh.places(matrices, minus, -np.asarray(origin, np.float64)).reshape(-1, 12)
 
 
 def source_of(state: dict[str, Any]) -> tuple[Any, Any]:
@@ -55,7 +66,7 @@ def source_of(state: dict[str, Any]) -> tuple[Any, Any]:
     meshes = [_mesh.passed(_readable(state["meshes"].get(m, _NOTHING))) for m in range(count)]
     if placed is None:
         return meshes, None
-    matrices, which = np.repeat(_UNIT, placed, 0), np.zeros(placed, np.uint32)
+    matrices, which = np.repeat(_UNIT, placed, 0).astype(state["matrices"].dtype), np.zeros(placed, np.uint32)
     masks, groups = np.full((2, placed), 0xFFFFFFFF, np.uint32)
     own = (state["numbers"] < placed) & (state["which"] < count)
     at = state["numbers"][own]

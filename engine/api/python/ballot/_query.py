@@ -103,6 +103,7 @@ _CHECKS: dict[str, Callable[[Any, str, int], Any]] = {
     "UInt32": lambda value, name, most: integer(value, name, 1, most),
     "Float32": lambda value, name, most: number(value, name),
     "Float64": lambda value, name, most: number(value, name),
+    "Float64x3": lambda value, name, most: _vector(value, name),
 }
 
 

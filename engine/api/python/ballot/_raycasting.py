@@ -76,13 +76,13 @@ class RaycastingScene:
         vertex_positions  (n, 3) float32 or float64; or without triangle_indices a mesh that Scene takes
         triangle_indices  (m, 3) uint32 or other integers
 
-        Copies both. Gives a PrecisionWarning as Scene. Raises ValueError if a coordinate is not finite, an index is out
-        of range, or there are none.
+        Copies both. The first question gives a PrecisionWarning as Scene does. Raises ValueError if a coordinate is not
+        finite, an index is out of range, or there are none.
         """
         vertices, triangles = vertex_positions, triangle_indices
         if triangles is None:
             vertices, triangles = _adapters.parts(vertex_positions, "vertex_positions")
-        v = np.array(_mesh.positions(vertices, "vertex_positions"), np.float32, order="C")
+        v = np.array(_mesh.positions(vertices, "vertex_positions"), order="C")
         t = np.array(_arrays.indices(triangles, "triangle_indices")).reshape(-1, 3)
         if len(v) == 0 or not np.isfinite(v).all():
             raise ValueError("vertex_positions: expected at least three, of finite numbers")

@@ -48,10 +48,11 @@ class Scene(Edits, Answers, Sums):
     Meshes and instances are numbered from 0. Without `instances` each mesh has one, with its own number. HIT's prim
     counts the triangles of the first instance, then those of the second, and so on; columns "instances" and "prims"
     name instance and triangle. Triangles without area keep their number and are never hit. commit() edits the scene.
-    The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. float64 is rounded, with a
-    PrecisionWarning if that moves a vertex by more than 2^-20 of its mesh's size. Raises ValueError, which names mesh
-    and vertex or index, if a number is not finite, an index is out of range, a mesh is empty, or there are more than
-    2^31 - 1 triangles.
+    The scene copies what it needs; contiguous float32 and uint32 arrays are read in place. float64 that lies far from
+    zero is kept as float32 about an origin (info.origin, meshes[i].origin): rounded by 2^-24 of the mesh's size
+    (meshes[i].rounding), with a PrecisionWarning above 2^-20. Questions and answers are of the world. Raises
+    ValueError, which names mesh and vertex or index, if a number is not finite, an index is out of range, a mesh is
+    empty, or there are more than 2^31 - 1 triangles.
 
     With `instances` the tree of each mesh is built once, below a tree over the instances. Method "packet-wide" cannot
     trace such a scene, and pictures and make_rays() take matrices that multiply rounding errors by 4096 at most. One
@@ -101,13 +102,20 @@ class Scene(Edits, Answers, Sums):
         self._path: str | None = None
         self._device = device
         self._time: tuple[int, float] | None = None
-        placed = _scene_arguments.instances(instances, instance_meshes, masks, groups, made)
+        placed = _scene_arguments.instances(instances, instance_meshes, masks, groups)
         self._open([_mesh.passed(m) for m in made], placed)
         self._first: tuple[int, int | None] = (len(made), None if placed is None else len(placed[0]))
         own: dict[int, _mesh.Mesh | None] = {
             k: _mesh.kept(m, n) for k, (m, n) in enumerate(zip(made, directions))
         }
         self._begin(own, len(made) if placed is None else len(placed[0]))
+        moved = {k: f"{w}: vertices" for k, (m, w) in enumerate(zip(made, where)) if _mesh.is_moved(m.vertices)}
+        if moved:
+            _mesh.warn_of_rounding(self.meshes, moved)
+        if placed is not None and placed[0].dtype == np.float64:
+            boxes = np.array([_mesh.box(m) for m in made]).reshape(-1, 2, 3)[placed[1]]
+            if _mesh.moved_place(placed[0].reshape(-1, 3, 4), boxes):
+                self._warn_of_places(placed[0], placed[1])
 
     def _load(self, path: str, device: Device | None, options: Any) -> None:
         """Loads a file into a new object."""
@@ -181,6 +189,8 @@ class Scene(Edits, Answers, Sums):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._device, self._options, self._path = state["device"], state["options"], state["path"]
         self._first = state["first"]
+        if any(state["origin"]) and self._path is None:
+            self._options = {**self._options, "origin": state["origin"]}
         self._open(*_pickles.source_of(state))
         _pickles.restore(self, state)
         self._time = state["time"]

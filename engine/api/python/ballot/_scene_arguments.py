@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from . import _adapters, _mesh, _query
 
 
@@ -59,16 +57,11 @@ def for_each(given: Any, count: int, single: bool, name: str) -> list[Any]:
     return found
 
 
-def instances(
-    given: Any, meshes: Any, masks: Any, groups: Any, made: list[_mesh.Mesh]
-) -> _mesh.Instances | None:
+def instances(given: Any, meshes: Any, masks: Any, groups: Any) -> _mesh.Instances | None:
     """Returns the instances of meshes that a scene was given; None: none were."""
     if given is None:
         for found, name in ((meshes, "instance_meshes"), (masks, "masks"), (groups, "groups")):
             if found is not None:
                 raise ValueError(f"{name}: there are no instances; expected None")
         return None
-    boxes = np.array([_mesh.box(m) for m in made]).reshape(-1, 2, 3)
-    return _mesh.instances(
-        given, meshes, masks, groups, lambda which: boxes[which] if (which < len(boxes)).all() else None
-    )
+    return _mesh.instances(given, meshes, masks, groups)

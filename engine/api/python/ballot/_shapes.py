@@ -45,7 +45,7 @@ def _radii(given: Any, count: int, name: str) -> np.ndarray:
 
 
 def _vertices(given: Any, name: str) -> np.ndarray:
-    found = _arrays.contiguous(_mesh.positions(given, name), np.float32)
+    found = _arrays.contiguous(_mesh.positions(given, name))
     if len(found) == 0:
         raise ValueError(f"{name}: shape is {found.shape}: none; leave empty meshes out")
     return found

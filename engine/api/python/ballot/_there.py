@@ -94,7 +94,7 @@ class Asked:
     ) -> dict[str, Array]:
         table, whole = _COLUMNS[self._kind]
         others = _attributes.columns(scene, [name for name in columns if name != whole], table)
-        known = {whole: whole, **{name: _RECORDS[column] for name, column in others.items()}}
+        known = {whole: whole, **{name: _RECORDS[column] for name, column in others.items() if column in _RECORDS}}
         for name in columns:
             if name not in known:
                 raise ValueError(f"columns: found {name!r}; expected some of {', '.join(known)}")

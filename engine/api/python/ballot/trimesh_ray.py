@@ -150,7 +150,7 @@ class _Made:
         self._mesh, self._hash = mesh, _hash(mesh)
         self._closed: bool | None = None  # unknown
         self._vertices, self._faces = vertices.copy(), faces.copy()
-        far = _mesh.rounding(vertices, _mesh.vectors(vertices, "geometry: vertices"))
+        far = _mesh.rounding(vertices)
         self.origin = vertices.min(axis=0) / 2 + vertices.max(axis=0) / 2 if far else np.zeros(3)
         self.scene = Scene(vertices - self.origin, faces, device=device)
 

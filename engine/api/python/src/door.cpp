@@ -75,7 +75,8 @@ void Options<Struct>::set(void* to, Rows rows, const std::string& name, nb::hand
       at<float>(to, row.offset) = nb::cast<float>(value);
       break;
     case door::Type::Float64:
-      at<double>(to, row.offset) = nb::cast<double>(value);
+      for (unsigned k = 0; k < row.count; ++k)
+        (&at<double>(to, row.offset))[k] = nb::cast<double>(row.count == 1 ? value : nb::handle(nb::object(value[k])));
       break;
     default:
       throw Error(BALLOT_ERROR_ARGUMENT, name + " is not set");
@@ -112,9 +113,10 @@ void Columns<Struct>::set(Rows rows, const std::string& name, nb::handle array, 
   if (to.size() != entries * count)
     throw Error(BALLOT_ERROR_ARGUMENT,
                 name + " has " + std::to_string(to.size()) + " numbers; expected " + std::to_string(entries * count));
-  const bool fits = row.type == door::Type::UInt32s ? to.dtype() == nb::dtype<std::uint32_t>()
-                    : row.type == door::Type::Bools ? to.dtype() == nb::dtype<std::uint8_t>()
-                                                    : to.dtype() == nb::dtype<float>();
+  const bool fits = row.type == door::Type::UInt32s   ? to.dtype() == nb::dtype<std::uint32_t>()
+                    : row.type == door::Type::Bools   ? to.dtype() == nb::dtype<std::uint8_t>()
+                    : row.type == door::Type::Doubles ? to.dtype() == nb::dtype<double>()
+                                                      : to.dtype() == nb::dtype<float>();
   if (!fits) throw nb::type_error((name + ": the array has another dtype").c_str());
   at<void*>(&c, row.offset) = to.data();
 }

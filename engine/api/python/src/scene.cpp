@@ -1,30 +1,14 @@
 // Scenes in Python: made of arrays, loaded, moved, described.
 #include "door.h"
+#include "vectors.h"
 
 namespace ballot::python {
 
 namespace {
 
-using Triples = nb::ndarray<const float, nb::shape<-1, 3>, nb::device::cpu>;
-using Matrices = nb::ndarray<const float, nb::shape<-1, 12>, nb::c_contig, nb::device::cpu>;
 using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Radii = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Indices16 = nb::ndarray<const std::uint16_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-
-/// Vectors of three numbers, and the bytes from one to the next. Keeps the array.
-struct Vectors {
-  explicit Vectors(const nb::handle& given) : array(nb::cast<Triples>(given, false)) {
-    const std::size_t rows = array.shape(0);
-    stride = rows > 1 ? std::size_t(array.stride(0)) * sizeof(float) : 3 * sizeof(float);
-    if (array.stride(1) != 1 || stride < 3 * sizeof(float))
-      throw Error(BALLOT_ERROR_ARGUMENT,
-                  "vectors: the three numbers of a row must lie side by side, and rows must not overlap");
-    if (rows) numbers = {array.data(), (rows - 1) * (stride / sizeof(float)) + 3};
-  }
-  Triples array;
-  std::size_t stride = 0;
-  std::span<const float> numbers;
-};
 
 /// An attribute as Python gives it: (name, number of what its values are of, components, nearest, (n, c) values or an
 /// array on the device). Keeps its array.
@@ -54,14 +38,16 @@ struct AttributeArray {
 };
 
 /// A mesh as Python gives it: (vertices, flat indices or None, id, normals or None, kind of shapes or None, radii or
-/// None, name or None, attributes), the first two also as arrays on the device. Keeps its arrays.
+/// None, name or None, attributes, origin or None), the first two also as arrays on the device. Keeps its arrays.
 struct MeshArrays {
   explicit MeshArrays(const nb::tuple& given) {
     if (const auto* there = array_there(given[0], vertices_there)) {
       mesh.vertex_buffer = vertices_there->get(), mesh.vertex_count = there->count;
     } else {
       vertices.emplace(given[0]);
-      mesh = ballot::mesh(vertices->numbers, std::span<const std::uint32_t>(), vertices->stride);
+      constexpr std::span<const std::uint32_t> kInTurn;
+      mesh = vertices->doubles.empty() ? ballot::mesh(vertices->numbers, kInTurn, vertices->stride)
+                                       : ballot::mesh(vertices->doubles, kInTurn, vertices->stride);
     }
     if (const auto* there = array_there(given[1], indices_there)) {
       mesh.index_buffer = indices_there->get(), mesh.index_count = there->count;
@@ -85,10 +71,11 @@ struct MeshArrays {
       listed->push_back(attributes->back().attribute);
     }
     mesh.attributes = listed->data(), mesh.attribute_count = listed->size();
+    for (int axis = 0; axis < 3 && !given[8].is_none(); ++axis) mesh.origin[axis] = nb::cast<double>(given[8][axis]);
     if (given[3].is_none()) return;
     normals.emplace(given[3]);
-    if ((vertices && normals->stride != vertices->stride) || normals->array.shape(0) != mesh.vertex_count)
-      throw Error(BALLOT_ERROR_ARGUMENT, "normals: expected as many as vertices, with their stride");
+    if (!normals->doubles.empty() || normals->count() != mesh.vertex_count)
+      throw Error(BALLOT_ERROR_ARGUMENT, "normals: expected float32, as many as vertices");
     mesh.normals = normals->numbers.data(), mesh.normal_stride = normals->stride;
   }
   /// Returns an array on the device, which `use` keeps then; null: the host's.
@@ -125,14 +112,16 @@ std::vector<Mesh> meshes_of(const std::vector<MeshArrays>& arrays) {
 /// Instances as Python gives them: (matrices, numbers of their meshes, masks or None, groups or None). Keeps its
 /// arrays.
 struct InstanceArrays {
-  explicit InstanceArrays(const nb::tuple& given)
-      : transforms(nb::cast<Matrices>(given[0], false)), meshes(nb::cast<Indices>(given[1], false)) {
+  explicit InstanceArrays(const nb::tuple& given) : transforms(given[0]), meshes(nb::cast<Indices>(given[1], false)) {
     if (!given[2].is_none()) masks = nb::cast<Indices>(given[2], false);
     if (!given[3].is_none()) groups = nb::cast<Indices>(given[3], false);
-    instances = ballot::instances({transforms.data(), transforms.size()}, {meshes.data(), meshes.size()},
-                                  {masks.data(), masks.size()}, 0, {groups.data(), groups.size()});
+    const auto placed = [&](auto matrices) {
+      return ballot::instances(matrices, {meshes.data(), meshes.size()}, {masks.data(), masks.size()}, 0,
+                               {groups.data(), groups.size()});
+    };
+    instances = transforms.doubles.empty() ? placed(transforms.numbers) : placed(transforms.doubles);
   }
-  Matrices transforms;
+  MatrixArray transforms;
   Indices meshes, masks, groups;
   Instances instances;
 };
@@ -245,7 +234,10 @@ std::vector<std::uint32_t> find_meshes(const SceneObject& self, const std::strin
 
 /// The caller keeps the array until the next commit.
 void set_vertices(const SceneObject& self, std::uint32_t mesh, const nb::object& vertices) {
-  edit(self, [=, v = Vectors(vertices)](Scene& s) { return s.set_vertices(mesh, v.numbers, v.stride), true; });
+  edit(self, [=, v = Vectors(vertices)](Scene& s) {
+    v.doubles.empty() ? s.set_vertices(mesh, v.numbers, v.stride) : s.set_vertices(mesh, v.doubles, v.stride);
+    return true;
+  });
 }
 
 void set_transform_array(const SceneObject& self, const ArrayObject& transforms) {
@@ -281,14 +273,17 @@ void remove_instances(const SceneObject& self, const Indices& numbers) {
 }
 
 /// `numbers`: of the instances; None: all, and the caller keeps the matrices until the next commit.
-void set_transforms(const SceneObject& self, const Matrices& matrices, const nb::object& numbers) {
-  const std::span<const float> all{matrices.data(), matrices.size()};
+void set_transforms(const SceneObject& self, const nb::object& matrices, const nb::object& numbers) {
+  const MatrixArray all(matrices);
   if (numbers.is_none()) {
-    edit(self, [=](Scene& s) { return s.set_transforms(all), true; });
+    edit(self, [=](Scene& s) {
+      return all.doubles.empty() ? s.set_transforms(all.numbers) : s.set_transforms(all.doubles), true;
+    });
     return;
   }
   edit(self, [=, which = nb::cast<Indices>(numbers, false)](Scene& s) {
-    return s.set_transforms({which.data(), which.size()}, all), true;
+    const std::span<const std::uint32_t> some{which.data(), which.size()};
+    return all.doubles.empty() ? s.set_transforms(some, all.numbers) : s.set_transforms(some, all.doubles), true;
   });
 }
 

@@ -1,4 +1,4 @@
-// Questions in double, asked of a scene whose float32 numbers are counted from an origin.
+// Questions in double, asked of a scene whose float32 numbers are counted from an origin. No Vulkan.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -1,4 +1,4 @@
-#include "engine/answer/recentring.h"
+#include "engine/model/recentring.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ constexpr double kNear = 2;        // diagonals of the box
 constexpr double kLargest = 1e30;  // beyond it no sum here leaves the range of double, and float32 holds it
 constexpr float kNoBound = std::numeric_limits<float>::max();
 
-double largest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+double reach_of(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 /// Where a line enters a box and leaves it; `leaves` below `enters`: it misses it.
 struct Span {
@@ -45,7 +45,7 @@ Recentring::Recentring(const glm::dvec3& origin, const Bounds& box)
   near_hi_ = hi_ + kNear * diagonal_;
 }
 
-bool Recentring::is_held(const glm::dvec3& v) { return largest(v) <= kLargest; }  // false for NaN
+bool Recentring::is_held(const glm::dvec3& v) { return reach_of(v) <= kLargest; }  // false for NaN
 
 Ray Recentring::ray(const RayInDouble& given, double& moved) const {
   moved = 0;
@@ -53,7 +53,7 @@ Ray Recentring::ray(const RayInDouble& given, double& moved) const {
   const Ray as_it_is{glm::vec3(origin), float(given.t_min), glm::vec3(given.dir), bound(given.t_max)};
   if (is_near(given.origin) || !is_held(given.origin) || !std::isfinite(as_it_is.t_min)) return as_it_is;
   constexpr Ray kDead{glm::vec3(0), 0, glm::vec3(0), 0};
-  const double margin = 0x1p-20 * diagonal_ + 0x1p-50 * largest(origin);
+  const double margin = 0x1p-20 * diagonal_ + 0x1p-50 * reach_of(origin);
   const Span span = meet(origin, given.dir, lo_ - margin, hi_ + margin);
   const double from = std::max(span.enters, given.t_min);
   if (!(from <= span.leaves && from < given.t_max) || !std::isfinite(from)) return kDead;
@@ -63,7 +63,7 @@ Ray Recentring::ray(const RayInDouble& given, double& moved) const {
 
 glm::dvec3 origin_for(const glm::dvec3& lo, const glm::dvec3& hi) {
   const double side = std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z});
-  if (!(std::max(largest(lo), largest(hi)) > 2 * side)) return glm::dvec3(0);
+  if (!(std::max(reach_of(lo), reach_of(hi)) > 2 * side)) return glm::dvec3(0);
   const double step = side > 0 ? std::exp2(std::floor(std::log2(side)) - 2) : 0;
   const glm::dvec3 middle = lo / 2.0 + hi / 2.0;
   return step > 0 ? glm::round(middle / step) * step : middle;
