@@ -70,7 +70,7 @@ glm::dvec3 read_floats(NpyFile& file, const Rows& rows, std::vector<Row, Allocat
   }
   std::vector<std::array<double, kWidth>> values(rows.count);
   file.read(values.data(), values.size() * sizeof values[0]);
-  return round_rows<Row, kWidth>(values, to);
+  return round_rows<kWidth>(values, to);
 }
 
 Scene triangles_of(NpyFile& file) {
