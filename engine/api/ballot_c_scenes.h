@@ -187,7 +187,7 @@ BALLOT_API void ballot_scene_destroy(BallotScene* scene);
  * */
 
 /* Adds a mesh and writes its number. It has no instance yet. An id of 2^32 - 1 stands for that number. The triangles of
- * arrays on the device are checked there and read back. */
+ * arrays on the device are checked there, and stay there as those of ballot_scene_create() do. */
 BALLOT_API BallotStatus ballot_scene_add_mesh(BallotScene* scene, const BallotMesh* mesh, uint32_t* number);
 /* Gives a mesh other triangles and attributes, any number of them. It keeps its instances, name and id. */
 BALLOT_API BallotStatus ballot_scene_replace_mesh(BallotScene* scene, uint32_t mesh, const BallotMesh* with);

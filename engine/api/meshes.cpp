@@ -244,7 +244,7 @@ void check_triangle_count(std::size_t triangles, const std::string& where) {
 }
 
 GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneState& scene, const glm::dvec3& origin,
-                     const std::string& where) {
+                    const std::string& where) {
   MeshSource source = read_source(m, from, scene, origin, where);
   GivenMesh mesh{.state = {}, .geometry = {.normals = std::move(source.normals), .kind = source.state.kind}};
   if (from) {

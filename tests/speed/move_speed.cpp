@@ -1,6 +1,6 @@
 // What it takes to move things through the library, from arrays in memory to the first ray that meets them: all
-// vertices of one mesh, its triangles, one mesh of many, and instances. One line for each measurement: the median of several runs, and
-// the least.
+// vertices of one mesh, its triangles, one mesh of many, and instances. One line for each measurement: the median of
+// several runs, and the least.
 //
 //   ballot_move_speed [--device gpu] [--triangles 10000000] [--meshes 1000] [--instances 100000] [--repeat 9]
 #include <ballot/ballot.h>
