@@ -110,8 +110,10 @@ Column read_column(const Described& d, const Shape& shape, const BallotColumn& c
     std::memcpy(column.own.data(), data, sizeof column.own[0]);
   else
     for (unsigned k = 0; k < d.numbers; ++k) {
-      column.own[k] = std::bit_cast<std::uint32_t>(column.number(data, k));
-      column.own_doubles[k] = column.in_double(data, k);
+      const float number = column.number(data, k);
+      column.own[k] = std::bit_cast<std::uint32_t>(number);
+      column.own_doubles[k] = number;
+      if (column.is_double) std::memcpy(&column.own_doubles[k], data + std::ptrdiff_t(k) * column.step, sizeof(double));
     }
   return column;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
 
 #include "engine/answer/made_questions.h"
 #include "engine/api/row_order.h"
@@ -46,13 +47,6 @@ struct Column {
     double number;
     std::memcpy(&number, from, sizeof number);
     return float(number);
-  }
-  /// Reads a number of a question as it was given.
-  double in_double(const char* question, unsigned k) const {
-    if (!is_double) return double(number(question, k));
-    double number;
-    std::memcpy(&number, question + std::ptrdiff_t(k) * step, sizeof number);
-    return number;
   }
 };
 
@@ -99,12 +93,22 @@ class Lane {
       for (std::size_t i = 0; column_.is_given && i < n; ++i) put(i, numbers);
       return;
     }
-    for_runs(place, n, [&](std::size_t i, std::size_t some, const char* from, std::ptrdiff_t stride) {
-      for (const std::size_t end = i + some; i < end; ++i, from += stride) {
-        for (unsigned k = 0; k < column_.numbers; ++k) numbers[k] = column_.in_double(from, k);
-        put(i, numbers);
-      }
-    });
+    const auto walk = [&]<class Number>(Number number, const auto count) {
+      for_runs(place, n, [&](std::size_t i, std::size_t some, const char* from, std::ptrdiff_t stride) {
+        for (const std::size_t end = i + some; i < end; ++i, from += stride) {
+          for (unsigned k = 0; k < count; ++k) {
+            std::memcpy(&number, from + std::ptrdiff_t(k) * column_.step, sizeof number);
+            numbers[k] = number;
+          }
+          put(i, numbers);
+        }
+      });
+    };
+    constexpr std::integral_constant<unsigned, 3> kVector;
+    if (column_.is_double)
+      column_.numbers == kVector ? walk(double(), kVector) : walk(double(), column_.numbers);
+    else
+      column_.numbers == kVector ? walk(float(), kVector) : walk(float(), column_.numbers);
   }
   /// Returns the lane of its entries alone: those that questions share are there once.
   Lane entries() const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 
 namespace ballot::api {
 
@@ -120,11 +121,18 @@ bool RayLanes::any_far(const Recentring& of) const {
   const Lane all = origin_.entries();
   std::atomic<bool> any{false};
   for_chunks(all.count(), kChunk, [&](std::size_t begin, std::size_t end) {
-    bool far = false;
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    glm::dvec3 lo(kInfinity), hi(-kInfinity);
     all.for_doubles(begin, end - begin, [&](std::size_t, const auto& v) {
-      far = far || of.is_far({v[0], v[1], v[2]});
+      for (int axis = 0; axis < 3; ++axis) {
+        const double x = v[std::size_t(axis)];
+        lo[axis] = x < lo[axis] ? x : lo[axis], hi[axis] = x > hi[axis] ? x : hi[axis];
+      }
     });
-    if (far) any = true;
+    if (of.holds(lo, hi)) return;
+    all.for_doubles(begin, end - begin, [&](std::size_t, const auto& v) {
+      if (of.is_far({v[0], v[1], v[2]})) any = true;
+    });
   });
   return any;
 }

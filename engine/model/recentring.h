@@ -27,6 +27,8 @@ class Recentring {
   /// Returns true if a ray that starts there loses digits of the scene's size as float32: if it is farther from the box
   /// than two of its diagonals. What float32 cannot hold is not far: it is no ray.
   bool is_far(const glm::dvec3& at) const { return !is_near(at) && is_held(at); }
+  /// Returns true if no ray that starts in a box is far.
+  bool holds(const glm::dvec3& lo, const glm::dvec3& hi) const { return is_near(lo) && is_near(hi); }
   /// Returns a ray about the origin, rounded. One that starts far is moved along itself before, in double, to where it
   /// enters the box, and writes to `moved` by how much its t is less: else 0. Its place there is off by at most 2^-51
   /// of the distance, and by what rounding takes: 2^-24 of the box's size along an axis. If it misses the box it is
