@@ -326,7 +326,7 @@ typedef struct BallotNearest {
   /* distances in double, from the point as it was given to points_double: never below the true ones by more than
    * 2^-50 of the coordinates; of shapes as distances */
   double* distances_double BALLOT_ZERO;
-  /* 3 each: the point of the nearest triangle that u and v name, in double; of shapes as points */
+  /* 3 each: the point that u and v of its triangle name, in double; of shapes as points */
   double* points_double BALLOT_ZERO;
 } BallotNearest;
 
