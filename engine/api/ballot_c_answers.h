@@ -323,10 +323,9 @@ typedef struct BallotNearest {
   float* shading_normals BALLOT_ZERO;      /* 3 each: as in BallotHits */
   const BallotValues* values BALLOT_ZERO;  /* attributes, each once, as in BallotHits */
   size_t value_count BALLOT_ZERO;          /* how many */
-  /* distances in double, from the point as it was given to points_double: never below the true ones by more than
-   * 2^-50 of the coordinates; of shapes as distances */
+  /* in double, at most 2^-50 of coordinates too small; of shapes as distances */
   double* distances_double BALLOT_ZERO;
-  /* 3 each: the point that u and v of its triangle name, in double; of shapes as points */
+  /* 3 each: in double, what u and v of its triangle name; of shapes as points */
   double* points_double BALLOT_ZERO;
 } BallotNearest;
 
