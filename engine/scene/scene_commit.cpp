@@ -129,7 +129,7 @@ void DeviceScene::restructure(SceneChange& change) {
     scene_.bounds = bounds;
     throw;
   }
-  if (forest_) late_.is_elsewhere([this] { follow_transforms(); });
+  late_.is_elsewhere(forest_ ? std::function<void()>([this] { follow_transforms(); }) : nullptr);
   walked_s_ = tracer_->walked_s();
   scene_.animation.reset();  // nothing moves by it: such scenes are not edited
   posed_.reset();
