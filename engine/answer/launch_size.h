@@ -32,6 +32,7 @@ class LaunchSize {
     if (rays == 0) return;
     if (rays < kTelling && ms < kTellingMs) {
       first_ = std::max(first_, std::min(kFirst, rays * std::uint64_t(kGrowth)));
+      if (rays >= rays_) rays_ = 0;  // fewer rays took longer before: the driver compiled meanwhile
       return;
     }
     rays_ = rays;

@@ -40,6 +40,16 @@ TEST(LaunchSizes, FewRaysTellNothing) {
   EXPECT_EQ(size.most(kTarget), LaunchSize::kLeast);
 }
 
+TEST(LaunchSizes, ForgetASlowFirstLaunch) {
+  LaunchSize size;
+  size.add(64, 6.5);  // the driver compiled meanwhile
+  EXPECT_EQ(size.most(kTarget), LaunchSize::kLeast);
+  size.add(1, 0.02);  // of a last launch of a call, which tells less than the first did
+  EXPECT_EQ(size.most(kTarget), LaunchSize::kLeast);
+  size.add(LaunchSize::kLeast, 0.1);
+  EXPECT_EQ(size.most(kTarget), LaunchSize::kFirst);
+}
+
 TEST(LaunchSizes, AnUnknownNumberTellsNothing) {
   LaunchSize size;
   size.add(1 << 20, 10);
