@@ -34,20 +34,27 @@ Item item_of(uint cluster) {
   return item;
 }
 
-// Loads the clusters of the keys [first, split) and [split, last], BUILD_KEPT of each at most. Returns how many.
+// Loads the clusters of the keys [first, split) and [split, last], BUILD_KEPT of each at most. Returns how many. The
+// clusters of a range of BUILD_KEPT keys or fewer are its triangles, and nobody stored them.
 uint load_items(uint first, uint split, uint last) {
   uint found[STEPS], valid = 0u;
   for (uint step = 0u; step < STEPS; ++step) {
     uint place = step * SUBGROUP_SIZE + gl_SubgroupInvocationID;
     bool right = place >= BUILD_KEPT;
-    uint at = right ? split + place - BUILD_KEPT : first + place;
+    uint begin = right ? split : first, end = right ? last + 1u : split, at = begin + (place & (BUILD_KEPT - 1u));
     found[step] = BUILD_NONE;
-    if (place < BUILD_ITEMS && at < (right ? last + 1u : split)) found[step] = clusters[at];
+    if (place < BUILD_ITEMS && at < end)
+      found[step] = end - begin > BUILD_KEPT ? clusters[at] : BUILD_LEAF | cluster_of(at, 1u);
     valid |= places_of(subgroupBallot(found[step] != BUILD_NONE), step);
   }
   for (uint step = 0u; step < STEPS; ++step) {
     uint place = step * SUBGROUP_SIZE + gl_SubgroupInvocationID;
-    if (found[step] != BUILD_NONE) put_item(bitCount(valid & places_below(place)), item_of(found[step]));
+    if (found[step] != BUILD_NONE) {
+      Item item = item_of(found[step]);
+      uint at = bitCount(valid & places_below(place));
+      put_box(at, item.lo, item.hi, at);
+      put_rest(at, item);
+    }
   }
   return bitCount(valid);
 }
@@ -56,7 +63,7 @@ uint load_items(uint first, uint split, uint last) {
 void store_items(uint from, uint count, uint first, uint last) {
   for (uint place = gl_SubgroupInvocationID; place < BUILD_KEPT; place += SUBGROUP_SIZE)
     if (first + place <= last)
-      clusters[first + place] = place < count ? item_words[items_at + from + place] : BUILD_NONE;
+      clusters[first + place] = place < count ? slot_words[slots_at + slot_at(from + place)] : BUILD_NONE;
 }
 
 void store_root(uint from, uint triangles) {
@@ -88,41 +95,49 @@ void merge_range(uint first, uint split, uint last, bool root) {
   subgroup_sync();
 }
 
-// Returns true if the keys at a and a + 1 have a longer common prefix than those at b and b + 1.
-bool has_longer_prefix(uint a, uint b) {
-  uvec2 x = difference(keys[a], keys[a + 1u]), y = difference(keys[b], keys[b + 1u]);
+// Returns true if the keys at a and a + 1, whose difference is x, have a longer common prefix than those at b and b + 1.
+bool has_longer_prefix(uint a, uvec2 x, uint b, uvec2 y) {
   if (x.x != y.x) return x.x < y.x;
   if (x.y != y.y) return x.y < y.y;
   return (a ^ (a + 1u)) < (b ^ (b + 1u));
 }
 
 // Goes to the parent of the range [first, last]. Returns false if its other child has not arrived yet.
-bool climb(inout uint first, inout uint last, out uint split, uint count) {
-  uint other;
-  if (first == 0u || (last != count - 1u && has_longer_prefix(last, first - 1u))) {
-    other = atomicExchange(arrivals[last], first);
-    split = last + 1u;
-    if (other != BUILD_NONE) last = other;
-  } else {
-    other = atomicExchange(arrivals[first - 1u], last);
-    split = first;
-    if (other != BUILD_NONE) first = other;
-  }
-  return other != BUILD_NONE;
+bool climb(inout uint first, inout uint last, out uint split, uint count, inout uvec2 before, inout uvec2 behind) {
+  bool right = first == 0u || (last != count - 1u && has_longer_prefix(last, behind, first - 1u, before));
+  uint other = atomicExchange(arrivals[right ? last : first - 1u], right ? first : last);
+  split = right ? last + 1u : first;
+  if (other == BUILD_NONE) return false;
+  if (right)
+    last = other;
+  else
+    first = other;
+  uint at = right ? last : first - 1u;
+  uvec2 at_end = uvec2(0u);
+  if (at < count - 1u) at_end = difference(keys[at], keys[at + 1u]);
+  if (right)
+    behind = at_end;
+  else
+    before = at_end;
+  return true;
 }
 
 void climb_from(uint key, uint count) {
   bool live = key < count;
   uint first = key, last = key, split = key;
-  if (live) clusters[key] = BUILD_LEAF | cluster_of(key, 1u);
+  uvec2 before = uvec2(0u), behind = uvec2(0u);
+  if (live && key > 0u) before = difference(keys[key - 1u], keys[key]);
+  if (live && key < count - 1u) behind = difference(keys[key], keys[key + 1u]);
+  bool fresh = false;
   while (subgroupAny(live)) {
-    publish();  // clusters and nodes are written before the arrival
+    if (fresh) publish();  // clusters and nodes are written before the arrival
     subgroup_sync();
-    if (live) live = climb(first, last, split, count);
-    publish();
-    subgroup_sync();
+    if (live) live = climb(first, last, split, count, before, behind);
     bool root = live && last - first == count - 1u;
     uvec4 merging = subgroupBallot(root || (live && last - first >= BUILD_KEPT));
+    fresh = (merging.x | merging.y) != 0u;
+    if (fresh) publish();
+    subgroup_sync();
     while (merging.x != 0u || merging.y != 0u) {
       uint lane = merging.x != 0u ? findLSB(merging.x) : 32u + findLSB(merging.y);
       if (merging.x != 0u)

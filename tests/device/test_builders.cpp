@@ -111,7 +111,8 @@ TEST_F(Builders, CodesOfTwoWords) {
   }
   EXPECT_EQ(DeviceBuilder::code_bits(10'000), 24u);
   EXPECT_EQ(DeviceBuilder::code_bits(4'000'000), 32u);
-  EXPECT_EQ(DeviceBuilder::code_bits(10'000'000), 40u);
+  EXPECT_EQ(DeviceBuilder::code_bits(16'000'000), 32u);
+  EXPECT_EQ(DeviceBuilder::code_bits(20'000'000), 40u);
 }
 
 TEST_F(Builders, HitsDoNotDependOnTheBuilder) {
