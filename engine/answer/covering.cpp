@@ -58,6 +58,7 @@ class Maker {
       if (kind == 2) made.tree.far = true;
       if (kind >= 3 && method.instances) made.tree.top_depth = 24;
       if (kind == 4 && method.instances) made.tree.large = true;
+      if (numeric.triangle == TRIANGLE_DOUBLE && !choices_.only_queries) made.tree.doubles = below(2) == 1;
       made.source();  // refuses stacks that do not fit
       if (made.variant.config.lists()) kernel_source(made.variant.taking(), device, made.tree);
       return made;
@@ -80,6 +81,7 @@ class Maker {
     v.indirect = flow == 2;
     if (v.counters) v.config.doubtful = Doubtful::Decided;
     if (v.want == Want::Nearest && flow > 2) v.camera = CameraKind(flow - 2);
+    if (flow == 0 && !choices_.only_queries && v.numeric->triangle == TRIANGLE_DOUBLE) v.rays_in_double = below(2) == 1;
   }
 
   const CoveringChoices& choices_;

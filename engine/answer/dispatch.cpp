@@ -59,7 +59,7 @@ TracePushes Dispatcher::push_for(const Job& job, const TreePiece& from) const {
   return pushes;
 }
 
-Work Dispatcher::dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& pushes,
+Work Dispatcher::dispatch(const Job& job, const RawBuffer& rays, Buffer<Hit>& hits, const TracePushes& pushes,
                           TraceTimes& times) {
   const TracePush& push = pushes.trace;
   Kernel& kernel = *job.kernel->kernel;
@@ -98,7 +98,7 @@ void Dispatcher::clear_list(Commands& cmd, const Buffer<std::uint32_t>& list) co
 }
 
 /// Traces the rays that a kernel has listed. Returns how many of them the driver cut short.
-std::uint32_t Dispatcher::run_doubtful(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits,
+std::uint32_t Dispatcher::run_doubtful(const Job& job, const RawBuffer& rays, Buffer<Hit>& hits,
                                        const TracePushes& pushes, TraceTimes& times) {
   std::uint32_t listed[sizeof(IndirectArgs) / sizeof(std::uint32_t)];
   kernels_.doubtful(0).download(listed);
@@ -110,11 +110,11 @@ std::uint32_t Dispatcher::run_doubtful(const Job& job, const Buffer<Ray>& rays, 
   return run({taking, &kernels_.get(taking)}, rays, hits, {0, count}, from, times).unfinished;
 }
 
-Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times) {
+Work Dispatcher::run(const Job& job, const RawBuffer& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times) {
   return run(job, rays, hits, range, {tree_.root()}, times);
 }
 
-Work Dispatcher::run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const TreePiece& from,
+Work Dispatcher::run(const Job& job, const RawBuffer& rays, Buffer<Hit>& hits, RayRange range, const TreePiece& from,
                      TraceTimes& times) {
   const bool plain = job.variant.config.launch == Launch::Plain;
   const std::uint64_t most = std::uint64_t(gpu_.info().max_group_count_x) * group_rays(job.variant);

@@ -60,10 +60,10 @@ class Dispatcher {
   /// Traces a range of rays, beginning at `from`, and waits. Dispatches in parts that take Context::launch_ms() each,
   /// and again for rays that a bounded launch leaves. Returns the work counter, whose `unfinished` is the number of
   /// rays that the driver cut short; their hits have prim UNFINISHED. Throws Error(Work) if a dispatch takes no ray.
-  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const TreePiece& from,
+  Work run(const Job& job, const RawBuffer& rays, Buffer<Hit>& hits, RayRange range, const TreePiece& from,
            TraceTimes& times);
   /// The same from the root of the tree.
-  Work run(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times);
+  Work run(const Job& job, const RawBuffer& rays, Buffer<Hit>& hits, RayRange range, TraceTimes& times);
 
   /// Returns true if one dispatch can trace up to `most` rays and leaves no result that the host has to read back.
   bool can_record(const Variant& variant, std::uint32_t most) const;
@@ -86,9 +86,9 @@ class Dispatcher {
   LaunchSize& size_of(const Variant& variant) const;
   std::uint32_t groups_for(const Variant& variant, std::uint32_t rays) const;
   TracePushes push_for(const Job& job, const TreePiece& from) const;
-  Work dispatch(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& push, TraceTimes& times);
+  Work dispatch(const Job& job, const RawBuffer& rays, Buffer<Hit>& hits, const TracePushes& push, TraceTimes& times);
   void clear_list(Commands& cmd, const Buffer<std::uint32_t>& list) const;
-  std::uint32_t run_doubtful(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, const TracePushes& pushes,
+  std::uint32_t run_doubtful(const Job& job, const RawBuffer& rays, Buffer<Hit>& hits, const TracePushes& pushes,
                              TraceTimes& times);
   /// What the kernels of one recorded trace have in common.
   struct Recorded {

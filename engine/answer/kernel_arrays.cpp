@@ -15,7 +15,8 @@ void push_address(const DeviceTree::Texels* texels, std::uint32_t& lo, std::uint
 
 }  // namespace
 
-KernelArrays::KernelArrays(DeviceTree& tree, const TreeReads& r) {
+KernelArrays::KernelArrays(DeviceTree& tree, const TreeReads& r) : in_double(r.in_double) {
+  if (r.in_double && tree.doubles()) doubles = &tree.double_texels();
   if (r.pairs) nodes = &tree.nodes(r.access, r.source);
   if (format_of(r.format).encode) format = &tree.format(r.format, r.access, r.source);
   leaves = &tree.leaves(r.leaves, r.access.fetch, r.source);
@@ -29,6 +30,7 @@ KernelArrays::KernelArrays(DeviceTree& tree, const TreeReads& r) {
 
 void KernelArrays::bind(Kernel& kernel, Fetch fetch) const {
   if (shapes && kernel.wants(BIND_SHAPES)) kernel.bind(BIND_SHAPES, *shapes);
+  if (doubles) kernel.bind(BIND_DOUBLES, *doubles);
   if (fetch == Fetch::Reference) return;  // by their addresses
   if (nodes) kernel.bind(BIND_NODES, *nodes);
   if (format) kernel.bind(BIND_FORMAT, *format);
@@ -46,6 +48,10 @@ TracePushes KernelArrays::pushes(const DeviceTree& tree, const TreePiece& from) 
   push.padded_reach = tree.padded_reach();
   push.shear_scale = tree.shear().scale;
   push.shear_near = tree.shear().near;
+  if (in_double) {  // what the others are for is not read (shaders/lib/numeric/box_relative.glsl)
+    push.padded_reach = tree.doubles_room();
+    push.shear_scale = tree.doubles() ? tree.doubles()->top_room() : 0;
+  }
   push.root = from.root;
   push_address(nodes, push.nodes_lo, push.nodes_hi);
   push_address(format, push.format_lo, push.format_hi);

@@ -33,6 +33,7 @@ struct TreeReads {
   TreeAccess access = {};
   bool pairs = true;  // the pairs themselves, too
   Source source = Source::Host;
+  bool in_double = false;  // numeric mode double: vertices in double, if there are some
 };
 
 /// The arrays of a tree; null for those that a kernel does not read. They are valid until the tree's next generation.
@@ -52,6 +53,8 @@ struct KernelArrays {
   const Texels *nodes = nullptr, *format = nullptr, *leaves = nullptr;
   const Texels *top = nullptr, *meshes = nullptr;  // of a forest
   const Buffer<glm::vec4>* shapes = nullptr;       // of a forest that has some
+  const Texels* doubles = nullptr;                 // of a scene with vertices in double
+  bool in_double = false;
 };
 
 }  // namespace ballot

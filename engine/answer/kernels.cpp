@@ -33,7 +33,8 @@ TraceKernel& TraceKernels::get(const Variant& v) {
       kernels_[fmt::format("{} subgroup={} depth={} leaf={} far={}", v.kernel_name(), v.config.subgroup, facts.depth,
                            facts.largest_leaf, int(facts.far)) +
                (facts.top_depth ? fmt::format(" top={}", top_entries(facts)) : "") + (facts.large ? " large" : "") +
-               (facts.shapes ? fmt::format(" shapes={}", facts.shapes) : "")];
+               (facts.shapes ? fmt::format(" shapes={}", facts.shapes) : "") +
+               (reads_doubles(v, facts) ? " doubles" : "")];
   if (kernel.kernel && is_current(kernel)) return kernel;
   const bool other_tree = kernel.tree != tree_.generation();
   if (other_tree) take_arrays(kernel, v);  // before the kernel is waited for, which another thread may be making
@@ -50,7 +51,9 @@ void TraceKernels::take_arrays(TraceKernel& k, const Variant& v) {
   // begin there.
   const bool repaired_here = v.config.loops_cut && format_of(method.tree).begins_at_pairs();
   const Source source = repaired_here ? Source::Host : tree_.source_of(method.tree, v.numeric->leaves);
-  k.arrays = {tree_, {method.tree, v.numeric->leaves, v.config.tree_access(), method.reads_pairs(v.config), source}};
+  k.arrays = {tree_,
+              {method.tree, v.numeric->leaves, v.config.tree_access(), method.reads_pairs(v.config), source,
+               v.numeric->triangle == TRIANGLE_DOUBLE}};
 }
 
 void TraceKernels::bind(TraceKernel& k, const Variant& v) {

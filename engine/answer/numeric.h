@@ -40,6 +40,10 @@ inline constexpr NumericMode kNumericModes[] = {
      .summary = "every answer is that of arithmetic without rounding: filters, then integers; needs float64",
      .triangle = TRIANGLE_EXACT, .box = BOX_RELATIVE, .arithmetic = Arithmetic::Exact, .conservative = true,
      .needs_float64 = true, .leaves_open = true},
+    {.name = "double",
+     .summary = "watertight in float64, of vertices and rays in double if they are given so; needs float64",
+     .triangle = TRIANGLE_DOUBLE, .box = BOX_RELATIVE, .arithmetic = Arithmetic::Woop, .conservative = true,
+     .needs_float64 = true},
 };
 // clang-format on
 inline constexpr std::string_view kDefaultNumeric = "watertight";

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/oracle/in_double.h"
 #include "engine/oracle/predicates.h"
 #include "engine/tree/formats/pair_decode.h"
 
@@ -28,8 +29,24 @@ std::strong_ordering exact_order(const Ray& ray, const DeviceTree& tree, std::ui
   return compare_t(ExactSight(ray, tree.triangles()[a]), ExactSight(ray, tree.triangles()[b]));
 }
 
-/// Returns true if hit a comes before hit b of the same ray. An exact mode compares t before it is rounded.
+/// Returns t in double of a hit of a single tree, which mode double compares.
+double t_in_double(const RayInDouble& ray, const DeviceTree& tree, std::uint32_t prim) {
+  const CornersInDouble corners =
+      tree.doubles() ? tree.doubles()->here()[prim] : ballot::widened(tree.triangles()[prim]);
+  return sight_in_double(ray, corners).t;
+}
+
+/// Returns true if hit a comes before hit b of the same ray. Mode double compares t before it is rounded.
+bool better(const RayInDouble& ray, const DeviceTree& tree, const NumericMode&, const Hit& a, const Hit& b) {
+  if (a.prim == NO_HIT || b.prim == NO_HIT) return b.prim == NO_HIT && a.prim != NO_HIT;
+  if (a.t != b.t || tree.forest()) return a.t < b.t || (a.t == b.t && a.prim < b.prim);
+  const double t = t_in_double(ray, tree, a.prim), other = t_in_double(ray, tree, b.prim);
+  return t < other || (t == other && a.prim < b.prim);
+}
+
+/// The same of rays in float32. An exact mode compares t before it is rounded.
 bool better(const Ray& ray, const DeviceTree& tree, const NumericMode& mode, const Hit& a, const Hit& b) {
+  if (mode.triangle == TRIANGLE_DOUBLE) return better(in_double(ray), tree, mode, a, b);
   if (a.prim == NO_HIT || b.prim == NO_HIT) return b.prim == NO_HIT && a.prim != NO_HIT;
   if (mode.arithmetic == Arithmetic::Exact && a.prim != b.prim && (!tree.forest() || a.t == b.t)) {
     const auto order = exact_order(ray, tree, a.prim, b.prim);
@@ -130,12 +147,13 @@ Query repair_query(Query query) {
 }
 
 /// The rays of a buffer, each of which an invocation traces.
+template <class Given>
 class Repair::Walks {
  public:
   using Answer = Hit;
   static constexpr const char* kQueries = "rays";
 
-  Walks(const Repair& repair, std::span<const Ray> rays, TraceTimes& times)
+  Walks(const Repair& repair, std::span<const Given> rays, TraceTimes& times)
       : repair_(repair), all_(rays), times_(times) {}
 
   static Hit none() { return {std::numeric_limits<float>::infinity(), NO_HIT, 0, 0}; }
@@ -163,21 +181,30 @@ class Repair::Walks {
 
  private:
   const Repair& repair_;
-  std::span<const Ray> all_;
+  std::span<const Given> all_;
   TraceTimes& times_;
-  std::vector<Ray> part_;
-  std::optional<Buffer<Ray>> rays_;
+  std::vector<Given> part_;
+  std::optional<Buffer<Given>> rays_;
   std::optional<Buffer<Hit>> hits_;
 };
 
-void Repair::run(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times) {
+template <class Given>
+void Repair::finish(const Buffer<Given>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times) {
   std::vector<Hit> all(count);
-  std::vector<Ray> all_rays(count);
+  std::vector<Given> all_rays(count);
   hits.download(all);
   rays.download(all_rays);
-  Walks walks(*this, all_rays, times);
+  Walks<Given> walks(*this, all_rays, times);
   repair(walks, std::span(all), kWholeTree, gpu_, times);
   hits.upload(all);
+}
+
+void Repair::run(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times) {
+  finish(rays, hits, count, times);
+}
+
+void Repair::run(const Buffer<RayInDouble>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times) {
+  finish(rays, hits, count, times);
 }
 
 }  // namespace ballot

@@ -14,6 +14,7 @@
 #include "engine/answer/dispatch.h"
 #include "engine/answer/query.h"
 #include "engine/core/error.h"
+#include "engine/model/recentring.h"
 
 namespace ballot {
 
@@ -76,9 +77,13 @@ class Repair {
 
   /// Traces every ray of [0, count) whose hit is UNFINISHED. Throws Error(Work) if a ray stays unfinished.
   void run(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
+  void run(const Buffer<RayInDouble>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
 
  private:
+  template <class Given>
   class Walks;
+  template <class Given>
+  void finish(const Buffer<Given>& rays, Buffer<Hit>& hits, std::uint32_t count, TraceTimes& times);
 
   Context& gpu_;
   DeviceTree& tree_;

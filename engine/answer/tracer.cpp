@@ -63,6 +63,27 @@ class RayAnswerer : public Answerer<Ray, Hit> {
   std::size_t batch_, most_;
 };
 
+/// The same of rays in double.
+class DoubleRayAnswerer : public Answerer<RayInDouble, Hit> {
+ public:
+  DoubleRayAnswerer(Tracer& tracer, const Query& query, std::uint64_t batch, std::size_t most)
+      : tracer_(tracer), query_(query), batch_(std::size_t(batch)), most_(most) {}
+  std::size_t most() const override { return most_; }
+  void answer(const Chunk<RayInDouble, Hit>& c, TraceTimes& times) override {
+    Query query = query_;
+    const auto read = [&](std::size_t first, std::span<Ray> to) {
+      std::ranges::transform(c.here.part(first, to.size()), to.begin(), rounded);
+    };
+    tracer_.classify(query, Questions<Ray>(c.here.size(), read), batch_);
+    times += tracer_.trace(c.questions, c.answers, c.count(), query);
+  }
+
+ private:
+  Tracer& tracer_;
+  const Query& query_;
+  std::size_t batch_, most_;
+};
+
 }  // namespace
 
 Tracer::Tracer(Context& gpu, const Bvh& bvh, std::span<const Triangle> triangles, const TreeFacts& facts,
@@ -153,6 +174,18 @@ Job Tracer::job(const Query& query, bool counters, bool indirect, CameraKind cam
   v.indirect = indirect;
   v.camera = camera;
   TraceKernel*& known = found.kernels[camera != CameraKind::None ? 2 + int(camera) : indirect ? 2 : int(counters)];
+  if (!known || !kernels_.is_current(*known)) known = &kernels_.get(v);
+  return {v, known};
+}
+
+Job Tracer::job_in_double(const Query& query) {
+  Resolved& found = resolved(query);
+  Variant v = found.variant;
+  if (v.numeric->triangle != TRIANGLE_DOUBLE)
+    fail(Failure::Arguments, "rays in double: found numeric mode {}; expected double", v.numeric->name);
+  if (v.config.reorder) fail(Failure::Arguments, "knob reorder=1: rays in double are traced in their order");
+  v.rays_in_double = true;
+  TraceKernel*& known = found.kernels.back();
   if (!known || !kernels_.is_current(*known)) known = &kernels_.get(v);
   return {v, known};
 }
@@ -253,6 +286,23 @@ TraceTimes Tracer::trace(const RayStream& stream, const Query& query) {
   const std::size_t most = gpu_.info().is_cpu() ? kCpuChunk : kChunk;
   RayAnswerer answerer(*this, query, stream.most, std::min<std::size_t>(most, chunk_rays()));
   return StreamRing::of(gpu_).run(stream, answerer);
+}
+
+TraceTimes Tracer::trace(const Stream<RayInDouble, Hit>& stream, const Query& query) {
+  ask_interruption();
+  job_in_double(query);  // what it refuses is an error even without rays
+  const std::size_t most = gpu_.info().is_cpu() ? kCpuChunk : kChunk / 2;
+  DoubleRayAnswerer answerer(*this, query, stream.most, std::min<std::size_t>(most, chunk_rays()));
+  return StreamRing::of(gpu_).run(stream, answerer);
+}
+
+TraceTimes Tracer::trace(const Buffer<RayInDouble>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+  TraceTimes times;
+  if (count == 0) return times;
+  const Query concrete = resolve(query, count);
+  if (dispatcher_.run(job_in_double(concrete), rays, hits, {0, count}, times).unfinished)
+    Repair(gpu_, tree_, dispatcher_, job_in_double(repair_query(concrete))).run(rays, hits, count, times);
+  return times;
 }
 
 bool Tracer::can_record(const Query& query, std::uint32_t most) const {

@@ -11,6 +11,7 @@
 #include "engine/answer/dispatch.h"
 #include "engine/answer/reorder.h"
 #include "engine/answer/stream.h"
+#include "engine/model/recentring.h"
 
 namespace ballot {
 
@@ -55,6 +56,10 @@ class Tracer {
 
   /// The same for a stream of rays (stream.h), whose number may be unknown.
   TraceTimes trace(const RayStream& stream, const Query& query);
+
+  /// The same for rays in double. Throws Error(Arguments) if the query's numeric mode is not double, or for knob reorder.
+  TraceTimes trace(const Stream<RayInDouble, Hit>& stream, const Query& query);
+  TraceTimes trace(const Buffer<RayInDouble>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
 
   /// The same on device buffers: rays [0, count) of `rays` to `hits`.
   TraceTimes trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
@@ -129,7 +134,8 @@ class Tracer {
   struct Resolved {
     Query asked;
     Variant variant;
-    std::array<TraceKernel*, 5> kernels{};  // plain, counters, indirect, perspective, orthographic; null: not used yet
+    // plain, counters, indirect, perspective, orthographic, rays in double; null: not used yet
+    std::array<TraceKernel*, 6> kernels{};
   };
 
   /// Returns the resolved query, which is valid until the next call.
@@ -140,6 +146,7 @@ class Tracer {
   void trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query, TraceTimes& times);
   void trace(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query,
              TraceTimes& times);
+  Job job_in_double(const Query& query);
   void trace_reordered(const Job& job, const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, const Query& query,
                        TraceTimes& times, Buffer<RayStats>* stats = nullptr);
   template <class Trace>

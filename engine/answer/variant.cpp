@@ -54,6 +54,8 @@ constexpr FactDefine kFactDefines[] = {
     {"BALLOT_UNIFORM_FLOW", [](const Facts& f) { return int(f.device.uniform_flow); }},
     {"BALLOT_INDIRECT", [](const Facts& f) { return int(f.variant.indirect); }},
     {"BALLOT_CAMERA", [](const Facts& f) { return int(f.variant.camera != CameraKind::None); }},
+    {"BALLOT_DOUBLES", [](const Facts& f) { return int(reads_doubles(f.variant, f.tree)); }},
+    {"BALLOT_RAYS_DOUBLE", [](const Facts& f) { return int(f.variant.rays_in_double); }},
     {"BALLOT_COUNTERS", [](const Facts& f) { return int(f.variant.counters); }},
     {"BALLOT_DOUBTFUL", [](const Facts& f) { return int(f.variant.config.doubtful); }},
 };
@@ -82,9 +84,9 @@ std::string upper(std::string_view text) {
 std::string Variant::kernel_name() const {
   constexpr const char *kCameras[] = {"", ".perspective", ".orthographic"},
                        *kDoubtful[] = {"", ".limited", ".lists", ".takes"};
-  return fmt::format("{}.{}.{}{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
-                     counters ? ".counters" : "", indirect ? ".indirect" : "", kCameras[int(camera)],
-                     kDoubtful[int(config.doubtful)], describe(config, *method));
+  return fmt::format("{}.{}.{}{}{}{}{}{} [{}]", method->name, want == Want::Any ? "any" : "nearest", numeric->name,
+                     rays_in_double ? ".rays64" : "", counters ? ".counters" : "", indirect ? ".indirect" : "",
+                     kCameras[int(camera)], kDoubtful[int(config.doubtful)], describe(config, *method));
 }
 
 Variant Variant::taking() const {
@@ -120,7 +122,8 @@ KernelSource kernel_source(const Variant& variant, const DeviceInfo& device, con
   KernelSource source;
   source.name = variant.kernel_name() + (method.ray_packets || leaves_loop(tree) ? "" : " leaves=1") +
                 (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "") + (tree.large ? " large=1" : "") +
-                (tree.shapes ? fmt::format(" shapes={}", tree.shapes) : "");
+                (tree.shapes ? fmt::format(" shapes={}", tree.shapes) : "") +
+                (reads_doubles(variant, tree) ? " doubles=1" : "");
   source.file = method.kernel;
   source.group_size = c.workgroup;
   source.subgroup_size = c.subgroup;

@@ -22,7 +22,8 @@ struct Variant {
   KernelConfig config;
   bool counters = false;  // the instrumented variant, which also writes RayStats
   CameraKind camera = CameraKind::None;
-  bool indirect = false;  // the ray count is read from IndirectArgs on the device
+  bool indirect = false;        // the ray count is read from IndirectArgs on the device
+  bool rays_in_double = false;  // rays are records of doubles (RayInDouble)
 
   /// Returns the variant that traces what a variant that lists rays has listed. It is of the same method, but of
   /// while-while where lanes vote on a common path.
@@ -52,6 +53,11 @@ std::uint32_t stack_entries(const TreeFacts& tree, std::uint32_t pushed = 1, std
 /// Returns the number of entries that a ray's stack has in a tree over instances. In large steps, so that moving them
 /// seldom asks for another kernel.
 inline std::uint32_t top_entries(const TreeFacts& tree) { return (tree.top_depth + 1 + 47) / 48 * 48; }
+
+/// Returns true if a variant's kernels read the vertices in double of a tree that has some.
+inline bool reads_doubles(const Variant& v, const TreeFacts& tree) {
+  return v.numeric->triangle == TRIANGLE_DOUBLE && tree.doubles;
+}
 
 /// Returns false if every leaf holds one triangle. Kernels then need no loop over the triangles of a leaf.
 inline bool leaves_loop(const TreeFacts& tree) { return tree.largest_leaf != 1; }

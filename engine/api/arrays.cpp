@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/api/hit_geometry.h"
+#include "engine/api/in_double.h"
 #include "engine/core/parallel.h"
 
 namespace ballot::api {
@@ -16,6 +17,12 @@ static_assert(sizeof(BallotHit) == sizeof(Hit));
 
 glm::vec3 normal_of(const Triangle& t) { return unit_normal(t[0], t[1], t[2]); }
 glm::dvec3 area_of(const Triangle& t) { return area_vector(t[0], t[1], t[2]); }
+
+/// Returns t of a hit in numeric mode double: of a flat scene, the one by which it was found.
+double t_in_double(const SceneState& scene, const RayInDouble& ray, std::uint32_t prim, double t) {
+  const CornersInDouble corners = corners_of(scene, prim);
+  return scene.world->forest() ? t_of(ray, corners, t) : sight_in_double(ray, corners).t;
+}
 
 }  // namespace
 
@@ -124,7 +131,10 @@ void HitArrays::write_doubles(std::size_t place, std::span<const Hit> hits) cons
         ray.origin = ray.origin - recentring->origin() + moved * ray.dir;
       }
       t = double(hits[i].t);
-      if (!scene_.world->shape_normal(hits[i])) t = t_of(ray, scene_.world->triangle(hits[i].prim), t);
+      if (of_.in_double)
+        t = t_in_double(scene_, ray, hits[i].prim, t);
+      else if (!scene_.world->shape_normal(hits[i]))
+        t = t_of(ray, scene_.world->triangle(hits[i].prim), t);
       at = ray.origin + t * ray.dir + origin;
       t += moved;
     }

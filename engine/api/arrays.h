@@ -19,6 +19,7 @@ namespace ballot::api {
 struct RaysOfHits {
   const RayArray* rays = nullptr;  // null: hits are of points
   std::size_t row = 1;
+  bool in_double = false;  // they were found in numeric mode double
 };
 
 /// The result arrays of a call. Keeps the caller's pointers and references to the scene and the rays.

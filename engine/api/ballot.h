@@ -19,8 +19,8 @@
 //           of unit length.
 // Numerics  "watertight" (the default): no ray slips between triangles that share an edge; hits are equal bit for bit
 //           for every method on one device. "exact": every answer is that of arithmetic without rounding, on every
-//           device. "plain" and "fast": the usual float32, without promises. The guide, engine/api/README.md, says
-//           which to choose.
+//           device. "double": watertight in float64, of vertices and rays in double. "plain" and "fast": the usual
+//           float32, without promises. The guide, engine/api/README.md, says which to choose.
 //
 // Link with find_package(Ballot 1 CONFIG) and Ballot::ballot, or with pkg-config ballot. The layer is header-only, over
 // the C interface of ballot_c.h, so that the library's binary interface does not depend on the compiler.

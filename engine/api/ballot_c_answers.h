@@ -127,8 +127,11 @@ typedef struct BallotQuery {
   uint32_t first BALLOT_ZERO;
   BallotText method BALLOT_ZERO; /* Of hits: the traversal method, as `ballot methods` lists them; NULL: "auto" */
   /* Of hits, crossings and points: "watertight", or "exact": what is found, and its order, are those of exact
-   * arithmetic; the host decides what the device leaves open. Hits have "plain" and "fast" as well: float32 without
-   * promises. NULL: "watertight". */
+   * arithmetic; the host decides what the device leaves open. "double": as watertight, but in float64, of vertices and
+   * rays in double as they were given, about the origins: t is within 2^-47 of the ray's distance from the scene. It
+   * needs shaderFloat64, as "exact" does. The host answers crossings, hits with filters and points, without instances,
+   * alpha, strongest, pseudonormals and arrays on the device. Files have float32 vertices. Hits have "plain" and "fast"
+   * as well: float32 without promises. NULL: "watertight". */
   BallotText numeric BALLOT_ZERO;
   BallotText knobs BALLOT_ZERO; /* Of hits: settings of the method, as "vote=count,lanes=8"; NULL: its defaults */
   /* Of hits: for method auto a ray kind ("primary", "shadow", "ao", "diffuse", ...), or "coherent", "mixed",

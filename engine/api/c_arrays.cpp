@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "engine/api/crossings.h"
+#include "engine/api/in_double.h"
 #include "engine/api/outputs.h"
 #include "engine/gpu/room.h"
 
@@ -107,6 +108,7 @@ void with_arrays(SceneState& scene, BallotBuffer* rays, std::uint64_t count, std
   const Hold hold(*scene.device);
   to.check_held(scene);
   keep_fit(scene);
+  if (is_double(q)) take_doubles(scene);
   Buffer<Hit>& hits = to.hits ? *to.hits : buffer_for(answers_there(scene).hits, *scene.device->gpu, all, "hits");
   trace(ArrayTrace{in, std::uint32_t(count), to, hits}, q);
 }

@@ -24,7 +24,7 @@ PendingEdits::Vertices vertices_about(const MeshState& mesh, const float* positi
   PendingEdits::Vertices moving{nullptr, sizeof(glm::vec3), count};
   moving.own = std::move(read.vertices.gathered);
   if (!moving.own.empty()) moving.positions = &moving.own.data()->x;
-  moving.rounding = read.moved;
+  moving.rounding = read.moved, moving.in_double = std::move(read.in_double);
   return moving;
 }
 

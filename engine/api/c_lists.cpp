@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "engine/api/crossings.h"
+#include "engine/api/in_double.h"
 #include "engine/api/sums.h"
 #include "engine/core/parallel.h"
 
@@ -14,7 +15,7 @@ namespace {
 class CrossingCall {
  public:
   CrossingCall(const SceneState& scene, const RayArray& rays, const BallotQuery& query, const RowOrder& order)
-      : rays_(rays), order_(order), query_(crossing_query(query)) {
+      : rays_(rays), order_(order), query_(crossing_query(query, is_double(query))) {
     if (!rays.filters().has(FILTER_MASK)) return;
     triangle_masks_ = masks_of_triangles(scene);
     query_.triangle_masks = triangle_masks_;
@@ -102,6 +103,12 @@ BallotTimes count_crossings(SceneState& scene, const RayArray& rays, std::int64_
       });
     });
   };
+  if (is_double(query)) {
+    const auto counted = [&](std::uint64_t first, std::span<const std::uint32_t> all, std::span<const Hit>) {
+      take(first, all);
+    };
+    return clock.times(list_in_double(scene, rays, order, call.query(), watch, counted), hits);
+  }
   return clock.times(scene.world->rays().count(call.source(watch, *scene.device->gpu), take, call.query()), hits);
 }
 
@@ -122,7 +129,9 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
     }
     out.write(first, counts, found);
   };
-  const TraceTimes spent = scene.world->rays().list(call.source(watch, *scene.device->gpu), take, call.query());
+  const TraceTimes spent = is_double(query)
+                               ? list_in_double(scene, rays, in_turn, call.query(), watch, take)
+                               : scene.world->rays().list(call.source(watch, *scene.device->gpu), take, call.query());
   return clock.times(spent, out.found());
 }
 
@@ -183,7 +192,7 @@ TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const Wanted
   const RowOrder in_turn;
   CrossingCall call(scene, rays, query, in_turn);
   call.query().any = query.any != 0;
-  HitArrays out(to.columns, to.values, scene, in_turn, rays.count() * most, {&rays, most});
+  HitArrays out(to.columns, to.values, scene, in_turn, rays.count() * most, {&rays, most, is_double(query)});
   SumArrays sums(to.columns, scene, rays, in_turn, most);
   const auto take = [&](std::uint64_t first, std::span<const Hit> rows) {
     for (std::size_t i = 0; i < rows.size(); i += most) hits += rows[i].prim != NO_HIT;
@@ -191,8 +200,16 @@ TraceTimes first_crossings(SceneState& scene, const RayArray& rays, const Wanted
     sums.add(std::size_t(first) * most, rows);
   };
   const RaySource source = call.source(watch, *scene.device->gpu);
-  TraceTimes spent = query.strongest ? strongest_crossings(scene, source, query, call.query(), take)
-                                     : scene.world->rays().first(source, most, take, call.query());
+  TraceTimes spent;
+  if (query.strongest) {
+    if (is_double(query)) refuse("strongest is set and numeric is 'double'; expected watertight or exact");
+    spent = strongest_crossings(scene, source, query, call.query(), take);
+  } else if (is_double(query)) {
+    call.query().most = most;
+    spent = first_in_double(scene, rays, call.query(), watch, take);
+  } else {
+    spent = scene.world->rays().first(source, most, take, call.query());
+  }
   out.end(spent);
   sums.end();
   return spent;
@@ -211,7 +228,7 @@ BallotStatus ballot_list_crossings(BallotScene* scene, const BallotRays* rays, c
     if (array.weights()) refuse("rays: weight is given; expected none: crossings have no sums");
     const BallotLists l = read_struct(lists, "BallotLists");
     run_call(*state, query, kCrossingsKind, "rays", times, [&](const BallotQuery& q, Watch& watch) {
-      array.ask(*state);
+      array.ask(*state, is_double(q));
       return list_crossings(*state, array, l, q, watch);
     });
   });

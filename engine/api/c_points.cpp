@@ -7,6 +7,7 @@
 #include "engine/api/arrays.h"
 #include "engine/api/filters_there.h"
 #include "engine/api/hit_geometry.h"
+#include "engine/api/in_double.h"
 #include "engine/api/outputs.h"
 #include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
@@ -75,14 +76,16 @@ static_assert(sizeof(BallotNearestPoint) == sizeof(Nearest));
 class NearestArrays {
  public:
   /// `by_sides`: the nearest points tell what is inside.
-  NearestArrays(const BallotNearest& to, SceneState& scene, const PointArray& points, bool by_sides)
+  /// `in_double`: they are found in numeric mode double.
+  NearestArrays(const BallotNearest& to, SceneState& scene, const PointArray& points, bool by_sides, bool in_double)
       : to_(to),
         scene_(scene),
         points_(points),
         hits_(hit_arrays(to), read_values(to, "nearest"), scene, RowOrder(), points.count(), {}),
         any_(to.prims || to.mesh_ids || to.uvs || to.normals || to.materials || to.colors || to.shading_normals ||
              to.value_count),
-        by_sides_(by_sides && (to.signed_distances || to.inside)) {
+        by_sides_(by_sides && (to.signed_distances || to.inside)),
+        in_double_(in_double) {
     if (to.distances_double || to.points_double) scene.world->scene();  // here, before several threads ask
   }
 
@@ -147,7 +150,8 @@ class NearestArrays {
       if (nearest.prim != NO_HIT) {
         at = glm::dvec3(nearest.at), distance = double(nearest.distance);
         if (!scene_.world->shape_normal({0, nearest.prim, nearest.u, nearest.v})) {
-          at = position_of(scene_.world->triangle(nearest.prim), nearest.u, nearest.v);
+          at = in_double_ ? position_of(corners_of(scene_, nearest.prim), nearest.u, nearest.v)
+                          : position_of(scene_.world->triangle(nearest.prim), nearest.u, nearest.v);
           distance = glm::length(asked[i] - points_.origin() - at);
         }
         at += points_.origin();
@@ -161,7 +165,7 @@ class NearestArrays {
   const SceneState& scene_;
   const PointArray& points_;
   HitArrays hits_;
-  bool any_, by_sides_;
+  bool any_, by_sides_, in_double_;
   std::vector<Hit> as_hits_;
   std::uint64_t found_ = 0;
 };
@@ -177,8 +181,10 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
                          Watch& watch) {
   const Clock clock;
   ballot::DeviceScene& world = *scene.world;
-  PointQuery how = point_query(query);
-  NearestArrays out(to, scene, points, how.sides);
+  const bool as_double = is_double(query);
+  PointQuery how = point_query(query, as_double);
+  if (as_double && how.sides) refuse("sign is 'pseudonormal' and numeric is 'double'; expected parity");
+  NearestArrays out(to, scene, points, how.sides, as_double);
   const bool signs = to.signed_distances || to.inside;
   for (const auto& [filter, name] :
        {std::pair{FILTER_MASK, "mask"}, {FILTER_EXCLUDED, "excluded"}, {FILTER_GROUP, "group"}})
@@ -189,6 +195,13 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   how.sides = out.wants_sides();
   const MakeQuestions<ProbePoint> make = points.make_there(*scene.device->gpu);
   TraceTimes spent;
+  const auto take = [&out](std::uint64_t first, auto answers) { out.write(first, answers); };
+  if (as_double) {
+    if (out.wants_nearest()) spent = nearest_in_double(scene, points, watch, take);
+    if (out.wants_inside()) inside_in_double(scene, points, watch, take);
+    out.end(spent);
+    return clock.times(spent, out.found());
+  }
   if (out.wants_nearest())
     spent = world.points().nearest(stream_of<Nearest>(points, make, out, watch, 0, between),
                                    PointFilters(scene, points).on(how));

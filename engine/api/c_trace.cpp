@@ -1,6 +1,7 @@
 // Tracing by the C interface: arrays in memory, at once and in the background.
 #include "engine/api/arrays.h"
 #include "engine/api/crossings.h"
+#include "engine/api/in_double.h"
 #include "engine/api/sums.h"
 
 namespace ballot::api {
@@ -23,11 +24,20 @@ Call read_call(const SceneState& scene, const BallotRays* rays, const BallotHits
   return {RayArray(read_struct(rays, "BallotRays")), to, read_values(to, "hits"), q, Watch(q, *scene.device)};
 }
 
+/// Returns a stream of the same rays in double.
+Stream<RayInDouble, Hit> in_double(const RayStream& stream, const RayArray& rays, const RowOrder& order) {
+  const auto next = [&](std::uint64_t first, std::span<RayInDouble> room) {
+    rays.read_in_double(order, std::size_t(first), room);
+    return room.size();
+  };
+  return {.most = stream.most, .next = next, .take = stream.take, .progress = stream.progress};
+}
+
 /// Hits by the methods of `ballot methods`.
 BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
   const Clock clock;
   const RowOrder order = RowOrder::find(call.rays);
-  HitArrays out(call.hits, call.values, scene, order, call.rays.count(), {&call.rays});
+  HitArrays out(call.hits, call.values, scene, order, call.rays.count(), {&call.rays, 1, is_double(call.query)});
   SumArrays sums(call.hits, scene, call.rays, order, 1);
   RayStream stream{
       .most = call.rays.count(),
@@ -52,7 +62,11 @@ BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
   Tracer& tracer = scene.world->tracer();
   const Query query = hit_query(call.query);
   tracer.variant(query);  // unknown names are an error even without rays
-  TraceTimes spent = tracer.trace(stream, query);
+  TraceTimes spent;
+  if (is_double(call.query) && call.rays.in_double())
+    spent = tracer.trace(in_double(stream, call.rays, order), query);
+  else
+    spent = tracer.trace(stream, query);
   out.end(spent);
   sums.end();
   return clock.times(spent, out.hits());
@@ -60,7 +74,8 @@ BallotTimes trace_by_method(SceneState& scene, const Call& call, Watch& watch) {
 
 BallotTimes trace(SceneState& scene, Call& call) {
   keep_fit(scene);
-  call.rays.ask(scene);
+  call.rays.ask(scene, is_double(call.query));
+  if (is_double(call.query)) take_doubles(scene);
   Watch watch = call.watch;
   const Watched watched(watch);
   if (!call.rays.filters() && !asks_for_crossings(call.query)) return trace_by_method(scene, call, watch);

@@ -1,5 +1,6 @@
 // Edits of a scene become true.
 #include "engine/api/edits.h"
+#include "engine/api/in_double.h"
 #include "engine/api/mesh_attributes.h"
 #include "engine/api/mesh_shapes.h"
 #include "engine/api/meshes.h"
@@ -77,7 +78,7 @@ void end_vertices(SceneState& scene, const PendingEdits& edits) {
   for (const auto& [number, v] : edits.vertices) {
     MeshState& mesh = scene.meshes.at(number);
     mesh.bounds.reset();
-    mesh.rounding = v.rounding;
+    mesh.rounding = v.rounding, mesh.in_double = v.in_double;
   }
 }
 
@@ -156,6 +157,7 @@ void commit_scene(SceneState& scene, PendingEdits& edits) {
 }  // namespace
 
 void commit(SceneState& scene, PendingEdits& edits) {
+  forget_doubles(scene);
   if (!are_attributes(edits)) commit_scene(scene, edits);
   take_attributes(scene, edits);
 }

@@ -12,7 +12,8 @@
 namespace ballot::api {
 
 /// Returns the point of a triangle that the weights of its vertices 1 and 2 name.
-inline glm::dvec3 position_of(const Triangle& t, float u, float v) {
+template <class Corners>
+glm::dvec3 position_of(const Corners& t, float u, float v) {
   const glm::dvec3 a(t[0]), b(t[1]), c(t[2]);
   return a + (double(u) * (b - a) + double(v) * (c - a));
 }
@@ -27,7 +28,8 @@ inline glm::vec3 rounded(const glm::dvec3& position) { return glm::vec3(position
 
 /// Returns t in double where a ray meets the plane of a triangle, both about one origin, between those of the
 /// triangle's nearest and farthest vertex. `t`: where it lies in the plane.
-inline double t_of(const RayInDouble& ray, const Triangle& triangle, double t) {
+template <class Corners>
+double t_of(const RayInDouble& ray, const Corners& triangle, double t) {
   const glm::dvec3 a(triangle[0]), b(triangle[1]), c(triangle[2]), normal = glm::cross(b - a, c - a);
   if (const double along = glm::dot(normal, ray.dir); along != 0) t = glm::dot(normal, a - ray.origin) / along;
   const double length = glm::dot(ray.dir, ray.dir);

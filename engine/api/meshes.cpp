@@ -69,7 +69,7 @@ MeshSource read_vertices(const BallotMesh& m, const MeshBuffers& from, const Sce
   } else {
     RoundedVertices read =
         round_vertices(m.positions, m.positions_double, m.vertex_count, m.position_stride, origin, where);
-    mesh.state.rounding = read.moved;
+    mesh.state.rounding = read.moved, mesh.state.in_double = std::move(read.in_double);
     check_vertices(mesh.positions.emplace(std::move(read.vertices)).all, where);
   }
   if (!m.normals) return mesh;

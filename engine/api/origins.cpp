@@ -202,7 +202,13 @@ RoundedVertices round_vertices(const float* positions, const double* in_double, 
   };
   const double moved = joined_chunks(count, kVertices, 0.0, round, [](double a, double b) { return std::max(a, b); });
   made.all = made.gathered;
-  return {std::move(made), moved};
+  if (moved == 0) return {std::move(made), 0};
+  std::vector<glm::dvec3> exact(count);
+  for_chunks(count, kVertices, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      exact[i] = (in_double ? vertex_at(in_double, step, i) : vertex_at(positions, step, i)) - origin;
+  });
+  return {std::move(made), moved, std::make_shared<const std::vector<glm::dvec3>>(std::move(exact))};
 }
 
 }  // namespace ballot::api

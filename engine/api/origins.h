@@ -47,7 +47,8 @@ glm::dvec3 own_origin(const BallotMesh& m, const std::string& where);
 /// Vertices of a mesh, counted from an origin and rounded.
 struct RoundedVertices {
   DenseVertices vertices;
-  double moved;  // how far rounding has moved one at most
+  double moved;                     // how far rounding has moved one at most
+  VerticesInDouble in_double = {};  // null if it has moved none
 };
 /// `in_double` or `positions` has them, the other is null. `stride` in bytes; 0: side by side. `where` begins errors.
 RoundedVertices round_vertices(const float* positions, const double* in_double, std::size_t count, std::size_t stride,

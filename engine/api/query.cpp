@@ -35,7 +35,8 @@ bool has(const Kind& kind, const door::Row& row) {
 bool is_exact(const char* numeric) {
   const std::string_view name = numeric ? numeric : kDefaultNumeric;
   if (name != "exact" && name != kDefaultNumeric)
-    fail(Failure::Arguments, "numeric is '{}'; expected {} or exact", name, kDefaultNumeric);
+    fail(Failure::Arguments, "numeric is '{}'; expected {} or exact{}", name, kDefaultNumeric,
+         name == "double" ? ": double answers arrays of the host" : "");
   return name == "exact";
 }
 
@@ -99,9 +100,9 @@ FilterArray filter_array(const BallotQuery& q, std::size_t filter) {
   return filter == FILTER_EXCLUDED ? FilterArray{"excluded", q.excluded} : FilterArray{"groups", q.groups};
 }
 
-CrossingQuery crossing_query(const BallotQuery& q) {
+CrossingQuery crossing_query(const BallotQuery& q, bool in_double) {
   if (q.first == kAllHits) fail(Failure::Arguments, "first is 2^32 - 1; expected 1 to 2^32 - 2, or 0 for all");
-  CrossingQuery query{.last = q.last != 0, .exact = is_exact(q.numeric), .alpha = q.alpha != 0};
+  CrossingQuery query{.last = q.last != 0, .exact = !in_double && is_exact(q.numeric), .alpha = q.alpha != 0};
   if (q.first) query.most = q.first;
   const std::string_view cull = q.cull ? q.cull.text : "none";
   const std::string_view known[] = {"none", "back", "front"};
@@ -113,11 +114,11 @@ CrossingQuery crossing_query(const BallotQuery& q) {
   return query;
 }
 
-PointQuery point_query(const BallotQuery& q) {
+PointQuery point_query(const BallotQuery& q, bool in_double) {
   const std::string_view sign = q.sign ? q.sign.text : "parity";
   if (sign != "parity" && sign != "pseudonormal")
     fail(Failure::Arguments, "sign is '{}'; expected parity or pseudonormal", sign);
-  return {.exact = is_exact(q.numeric), .sides = sign == "pseudonormal"};
+  return {.exact = !in_double && is_exact(q.numeric), .sides = sign == "pseudonormal"};
 }
 
 }  // namespace ballot::api

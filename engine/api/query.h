@@ -37,8 +37,8 @@ struct FilterArray {
 FilterArray filter_array(const BallotQuery& query, std::size_t filter);
 /// The query of crossings, without the masks of triangles. Throws Error(Arguments) if an option has a value that it
 /// does not take.
-CrossingQuery crossing_query(const BallotQuery& query);
+CrossingQuery crossing_query(const BallotQuery& query, bool in_double = false);
 /// The query of points; `sides`: signs are those of pseudonormals. Throws likewise.
-PointQuery point_query(const BallotQuery& query);
+PointQuery point_query(const BallotQuery& query, bool in_double = false);
 
 }  // namespace ballot::api

@@ -196,8 +196,10 @@ void RayArray::read(const RowOrder& order, std::size_t first, std::span<Ray> ray
   });
 }
 
-void RayArray::ask(const SceneState& scene) {
-  const Recentring asked = scene.world->recentring();
+void RayArray::ask(const SceneState& scene, bool as_double) {
+  Recentring asked = scene.world->recentring();
+  if (as_double) asked.stay();
+  if (as_double && asked.origin() == glm::dvec3(0)) return;
   if (asked.origin() != glm::dvec3(0) || lanes_.any_far(asked)) recentring_ = asked;
 }
 
@@ -210,6 +212,22 @@ void RayArray::recentre(std::size_t place, std::span<Ray> rays) const {
     double moved;
     for (std::size_t k = 0; k < some.size(); ++k) rays[i + k] = recentring_->ray(some[k], moved);
   }
+}
+
+bool RayArray::in_double() const {
+  const auto is_double = [](const Column& c) { return c.is_double; };
+  return recentring_ || std::ranges::any_of(std::array{origin_, t_min_, direction_, t_max_, pose_}, is_double);
+}
+
+void RayArray::read_in_double(const RowOrder& order, std::size_t first, std::span<RayInDouble> rays) const {
+  const Recentring about = recentring_.value_or(Recentring(glm::dvec3(0), {}));
+  for_chunks(rays.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    order.for_runs(first + begin, end - begin, [&](std::size_t i, std::size_t place, std::size_t n) {
+      const std::span<RayInDouble> some = rays.subspan(begin + i, n);
+      read_given(place, some);
+      for (RayInDouble& ray : some) ray = about.about(ray);
+    });
+  });
 }
 
 const Ray* RayArray::in_place(std::size_t first, std::size_t count) const {

@@ -105,7 +105,12 @@ class RayArray {
   MakeQuestions<Ray> make_there(Context& gpu, const RowOrder& order) const;
   /// Asks a scene: what is read then are rays about its origin, moved to its bounds if they are far. The device is
   /// held.
-  void ask(const SceneState& scene);
+  /// `as_double`: in numeric mode double, where they are not moved.
+  void ask(const SceneState& scene, bool as_double = false);
+  /// Returns true unless float32 holds the rays: some were given in double, or are counted from an origin.
+  bool in_double() const;
+  /// Fills `rays` from number `first` of the array in an order on, in double about the origin of the scene.
+  void read_in_double(const RowOrder& order, std::size_t first, std::span<RayInDouble> rays) const;
   /// Returns how rays are moved; null: they are read as they are.
   const Recentring* recentring() const { return recentring_ ? &*recentring_ : nullptr; }
   /// Fills `rays` from number `first` of the array on, as they were given.

@@ -99,6 +99,8 @@ class DeviceUse : DeviceHold {
   explicit DeviceUse(DeviceState& device);
 };
 
+using VerticesInDouble = std::shared_ptr<const std::vector<glm::dvec3>>;
+
 /// What a mesh's caller gave, and what the next caller may ask.
 struct MeshState {
   std::size_t triangles = 0, vertices = 0;
@@ -112,6 +114,7 @@ struct MeshState {
   std::vector<MeshAttribute> attributes = {};  // on the device, as indices_there
   glm::dvec3 origin{0};                        // of its own space, that its vertices are counted from
   double rounding = 0;                         // how far float32 has moved one of its vertices at most
+  VerticesInDouble in_double = {};             // about the origin; null: float32 holds them
 };
 
 /// Edits that wait for a commit.
@@ -123,6 +126,7 @@ struct PendingEdits {
     std::optional<DeviceVertices> there = {};
     std::vector<glm::vec3> own = {};  // what `positions` names, if the caller's are of another kind or origin
     double rounding = 0;
+    VerticesInDouble in_double = {};
   };
   PendingEdits(const Scene& scene, SceneNumbers& next) : edits(scene, next) {}
   /// Lets go of what meshes have on the device, which is held.

@@ -33,11 +33,6 @@ RayInDouble ray_of(const Number* row, bool bounded) {
   return {{f(0), f(1), f(2)}, f(3), {f(4), f(5), f(6)}, f(7)};
 }
 
-/// Rounds a ray. An infinite t_max is no bound.
-Ray rounded(const RayInDouble& r) {
-  return {glm::vec3(r.origin), float(r.t_min), glm::vec3(r.dir), std::min(float(r.t_max), kNoBound)};
-}
-
 void write_array(const fs::path& path, std::string_view descr, const std::string& shape,
                  std::span<const std::byte> bytes) {
   const std::string start = npy_start(descr, shape);

@@ -13,6 +13,7 @@ struct TreeFacts {
   std::uint32_t top_depth = 0;     // of the tree over instances (forest.h), at least 1; 0: no instances
   std::uint32_t shapes = 0;        // a bit for each kind of shape (shaders/shared/shapes.h); 0: triangles alone
   bool large = false;              // the trees of all instances' meshes together may take more than 4 GiB
+  bool doubles = false;            // there are vertices in double (engine/tree/device/double_corners.h)
   bool operator==(const TreeFacts&) const = default;
 };
 

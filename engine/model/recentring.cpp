@@ -47,11 +47,15 @@ Recentring::Recentring(const glm::dvec3& origin, const Bounds& box)
 
 bool Recentring::is_held(const glm::dvec3& v) { return reach_of(v) <= kLargest; }  // false for NaN
 
+RayInDouble Recentring::about(const RayInDouble& given) const {
+  return {given.origin - origin_, given.t_min, given.dir, std::min(given.t_max, double(kNoBound))};
+}
+
 Ray Recentring::ray(const RayInDouble& given, double& moved) const {
   moved = 0;
   const glm::dvec3 origin = given.origin - origin_;
   const Ray as_it_is{glm::vec3(origin), float(given.t_min), glm::vec3(given.dir), bound(given.t_max)};
-  if (is_near(given.origin) || !is_held(given.origin) || !std::isfinite(as_it_is.t_min)) return as_it_is;
+  if (stays_ || is_near(given.origin) || !is_held(given.origin) || !std::isfinite(as_it_is.t_min)) return as_it_is;
   constexpr Ray kDead{glm::vec3(0), 0, glm::vec3(0), 0};
   const double margin = 0x1p-20 * diagonal_ + 0x1p-50 * reach_of(origin);
   const Span span = meet(origin, given.dir, lo_ - margin, hi_ + margin);

@@ -1,6 +1,7 @@
 // Questions in double, asked of a scene whose float32 numbers are counted from an origin. No Vulkan.
 #pragma once
 
+#include <algorithm>
 #include <glm/vec3.hpp>
 #include <limits>
 
@@ -17,6 +18,17 @@ struct RayInDouble {
   double t_max = std::numeric_limits<double>::infinity();
 };
 
+static_assert(sizeof(RayInDouble) == 64);  // as kernels read it: shaders/lib/numeric/in_double.glsl
+
+inline RayInDouble in_double(const Ray& r) {
+  return {glm::dvec3(r.origin), double(r.t_min), glm::dvec3(r.dir), double(r.t_max)};
+}
+/// Rounds a ray to float32. An infinite t_max is no bound.
+inline Ray rounded(const RayInDouble& r) {
+  return {glm::vec3(r.origin), float(r.t_min), glm::vec3(r.dir),
+          std::min(float(r.t_max), std::numeric_limits<float>::max())};
+}
+
 /// Makes float32 questions about an origin of questions in the world.
 class Recentring {
  public:
@@ -24,6 +36,10 @@ class Recentring {
   Recentring(const glm::dvec3& origin, const Bounds& box);
 
   const glm::dvec3& origin() const { return origin_; }
+  /// Has rays stay where they start, for questions that are asked in double.
+  void stay() { stays_ = true; }
+  /// Returns a ray about the origin, in double. No bound becomes the largest float.
+  RayInDouble about(const RayInDouble& given) const;
   /// Returns true if a ray that starts there loses digits of the scene's size as float32: if it is farther from the box
   /// than two of its diagonals. What float32 cannot hold is not far: it is no ray.
   bool is_far(const glm::dvec3& at) const { return !is_near(at) && is_held(at); }
@@ -47,6 +63,7 @@ class Recentring {
 
   glm::dvec3 origin_, lo_, hi_, near_lo_, near_hi_;
   double diagonal_;
+  bool stays_ = false;
 };
 
 /// Returns the origin that float32 numbers within a box of the world are best counted from: zero unless that costs

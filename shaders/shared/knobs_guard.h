@@ -99,6 +99,12 @@
 #ifndef BALLOT_CAMERA
 #error BALLOT_CAMERA is not defined
 #endif
+#ifndef BALLOT_DOUBLES
+#error BALLOT_DOUBLES is not defined
+#endif
+#ifndef BALLOT_RAYS_DOUBLE
+#error BALLOT_RAYS_DOUBLE is not defined
+#endif
 #ifndef BALLOT_COUNTERS
 #error BALLOT_COUNTERS is not defined
 #endif

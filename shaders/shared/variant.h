@@ -24,6 +24,7 @@
 #define BIND_TOP 8       // BALLOT_INSTANCES only: the top-level tree and its instances (lib/tree/instances.glsl)
 #define BIND_MESHES 9    // BALLOT_INSTANCES only: a record for each mesh
 #define BIND_DOUBTFUL 10 // kernels that list or take rays in doubt: IndirectArgs, then the numbers of the rays
+#define BIND_DOUBLES 60  // BALLOT_DOUBLES only: corners of triangles (engine/tree/device/double_corners.h)
 #define BIND_PUSHED 61   // calls in a program's own shader: the push constants of other kernels
 
 // Defines that knobs set have their values in knobs.h, written from engine/answer/knobs.h. The others:
@@ -47,6 +48,8 @@
 // BALLOT_LOOPS_CUT         1: the driver may end loops early, so kernels check that theirs ran to the end
 //                          (lib/frame/cut_loops.glsl).
 // BALLOT_UNIFORM_FLOW      1: the device has subgroup-uniform control flow.
+// BALLOT_DOUBLES           1: triangle test "double" reads vertices of BIND_DOUBLES. 0: those of leaves.
+// BALLOT_RAYS_DOUBLE       1: rays are records of doubles (lib/numeric/in_double.glsl). 0: of float32.
 // BALLOT_COUNTERS          1: the instrumented variant, which writes RayStats.
 // BALLOT_DOUBTFUL          what becomes of rays whose hit is open after float32 and double (lib/frame/doubtful.glsl):
 #define DOUBTFUL_DECIDED 0  // they are decided at once; also where no ray is left open
@@ -59,6 +62,7 @@
 #define TRIANGLE_WOOP_AFFINE 1
 #define TRIANGLE_WATERTIGHT 2
 #define TRIANGLE_EXACT 3
+#define TRIANGLE_DOUBLE 4
 #define BOX_SLABS 0
 #define BOX_FMA 1
 #define BOX_PADDED 2

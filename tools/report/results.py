@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
-MODES = ("fast", "plain", "watertight", "exact")  # in this order in tables, and with these colours in plots
-CONSERVATIVE = ("watertight", "exact")
+MODES = ("fast", "plain", "watertight", "exact", "double")  # in this order in tables, and with these colours in plots
+CONSERVATIVE = ("watertight", "exact", "double")
 RUN = {"device": str, "driver": str, "subgroup_size": int, "clock": str, "commit": str, "command": str, "size": list,
        "repeats": int, "scenes": list, "records": list}
 RECORD = {"scene": str, "view": str, "rays": str, "any": bool, "label": str, "role": str, "method": str,

@@ -59,7 +59,20 @@ void DeviceTree::begin_generation() {
   number_generation();
 }
 
+void DeviceTree::set_doubles(std::shared_ptr<DoubleCorners> doubles) {
+  if (doubles == doubles_) return;
+  gpu_.finish();
+  doubles_ = std::move(doubles);
+  number_generation();
+}
+
+float DeviceTree::doubles_room() const {
+  const BvhStats& s = bvh().stats;
+  return doubles_ && s.references + s.degenerate != s.triangles ? doubles_->room() : 0;
+}
+
 void DeviceTree::number_generation() {
+  facts_.doubles = doubles_ != nullptr;
   generation_ = next_revision();
   oracle_scene_.reset();
 }
@@ -126,6 +139,7 @@ void DeviceTree::describe(const TreeFacts& facts) {
 void DeviceTree::take_facts() {
   facts_ = forest_->facts();
   facts_.large = largest_bytes() > (3ull << 30);
+  facts_.doubles = doubles_ != nullptr;
 }
 
 /// Returns about the bytes of the largest array of nodes or leaves.

@@ -13,6 +13,7 @@
 
 #include "engine/model/features.h"
 #include "engine/oracle/oracle_scene.h"
+#include "engine/tree/device/double_corners.h"
 #include "engine/tree/device/joined_array.h"
 #include "engine/tree/device/mesh_arrays.h"
 #include "engine/tree/device/shear.h"
@@ -120,6 +121,15 @@ class DeviceTree {
   float padded_reach() const { return padded_reach_; }
   const ShearScale& shear() const { return shear_; }
 
+  /// Says what the vertices are in double; null: those of float32. To be told anew once triangles have changed. Begins
+  /// a new generation where that differs.
+  void set_doubles(std::shared_ptr<DoubleCorners> doubles);
+  const std::shared_ptr<DoubleCorners>& doubles() const { return doubles_; }
+  const Texels& double_texels() { return doubles_->texels(gpu_); }
+  /// Returns a bound, along an axis, of how far the part of a triangle that a leaf holds is off its vertices in double
+  /// beyond what goes with the distance: 0 unless triangles lie in several leaves.
+  float doubles_room() const;
+
   /// Returns the pair tree on the host, as it is uploaded. Not for forests.
   const PairTree& pairs(NodeLayout layout, Padding padding = Padding::Ray) { return meshes_[0].pairs(layout, padding); }
   /// The same as pairs(), of any mesh.
@@ -210,6 +220,7 @@ class DeviceTree {
   std::vector<MeshArrays> meshes_;
   TreeFacts facts_;
   std::uint64_t generation_ = 0;
+  std::shared_ptr<DoubleCorners> doubles_;
   std::optional<OracleScene> oracle_scene_;  // of this generation
   glm::vec3 box_origin_{0};
   float padded_reach_ = 0;

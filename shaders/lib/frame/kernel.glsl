@@ -69,6 +69,12 @@ layout(PUSHED, scalar) uniform Push { TracePush push; };
 layout(set = 0, binding = BIND_CAMERAS, scalar) readonly buffer Cameras { PrimaryPush cameras[]; };
 layout(set = 0, binding = BIND_LISTED, scalar) readonly buffer Listed { uint listed[]; };
 #include "../camera/camera_samples.glsl"
+#elif BALLOT_RAYS_DOUBLE && BALLOT_RAY_TEXELS
+layout(set = 0, binding = BIND_RAYS) uniform usamplerBuffer ray_texels;
+uvec4 ray_part(uint i) { return texelFetch(ray_texels, int(i)); }
+#elif BALLOT_RAYS_DOUBLE
+layout(set = 0, binding = BIND_RAYS, std430) readonly buffer Rays { uvec4 ray_parts[]; };
+uvec4 ray_part(uint i) { return ray_parts[i]; }
 #elif BALLOT_RAY_TEXELS
 layout(set = 0, binding = BIND_RAYS) uniform usamplerBuffer ray_texels;
 vec4 ray_half(uint i) { return uintBitsToFloat(texelFetch(ray_texels, int(i))); }
@@ -137,7 +143,21 @@ uvec4 node_texel(uint texel) { return TEXEL_AT(push.nodes_lo, push.nodes_hi, NOD
 uvec4 leaf_texel(uint texel) { return TEXEL_AT(push.leaves_lo, push.leaves_hi, LEAF_AT(texel)); }
 #endif
 
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+#include "../numeric/in_double.glsl"
+#define LOAD_RAY load_single
+#else
+#define LOAD_RAY load_ray
+#endif
+
+#if BALLOT_RAYS_DOUBLE
 Ray load_ray(uint index) {
+  uint at = 4u * RAY_AT(index);
+  given_in_double = double_ray_of(ray_part(at), ray_part(at + 1u), ray_part(at + 2u), ray_part(at + 3u));
+  return rounded(given_in_double);
+}
+#else
+Ray LOAD_RAY(uint index) {
 #ifdef METHOD_CALLED
   return asked_ray;
 #elif BALLOT_CAMERA
@@ -148,6 +168,14 @@ Ray load_ray(uint index) {
   return Ray(a.xyz, a.w, b.xyz, b.w);
 #endif
 }
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+Ray load_ray(uint index) {
+  Ray ray = load_single(index);
+  given_in_double = widen(ray);
+  return ray;
+}
+#endif
+#endif
 
 void store_hit(uint index, Hit hit) {
   hit_words[RAY_AT(index)] = uvec4(floatBitsToUint(hit.t), hit.prim, floatBitsToUint(hit.u), floatBitsToUint(hit.v));

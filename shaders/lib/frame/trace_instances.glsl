@@ -8,8 +8,16 @@ void leave_instance(Walker w, inout bool live) {
 #endif
   Hit hit = finished_hit(w.hit, object_scale);
   uint prim = first_prim + hit.prim;
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+  double t = w.space.best_t;
+  if (hit.prim != NO_HIT && (best.prim == NO_HIT || t < best_t || (t == best_t && prim < best.prim))) {
+    best = Hit(hit.t, prim, hit.u, hit.v);
+    best_t = t;
+  }
+#else
   if (hit.prim != NO_HIT && (hit.t < best.t || (hit.t == best.t && prim < best.prim)))
     best = Hit(hit.t, prim, hit.u, hit.v);
+#endif
 #if BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
   live = live && !has_given_up();
 #endif

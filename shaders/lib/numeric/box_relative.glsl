@@ -21,6 +21,22 @@
 // than 2^-124. An origin that is not as given, because boxes are measured from another point than zero or because it
 // was moved along the ray (nearer_origin.glsl), is off by w |o|. Where a component of the direction is clamped, the ray
 // moves by less than 2^-59 M. The first term is never lost in the sum with the origin.
+//
+// Triangle test "double". With w' = 2^-53, a hit at t lies within 33 w' M of its triangle, and has 64 w' M. A ray in
+// double is off by w / 2 of its origin and of each component of its direction, and a plane by w / 2 of itself, as its
+// vertices are, at most w / 2 (|plane - o| + |o|): t at a plane is off by w of itself more, and w |o| take the rest,
+// where o is counted from the scene's zero. If triangles are split among leaves, a leaf's part of one is off by w / 2
+// of the vertices' largest coordinate: push.padded_reach, which is 0 otherwise.
+#if BALLOT_TRIANGLE != TRIANGLE_DOUBLE
+#define ROOM_IN_DOUBLE(ray, m)
+#else
+#if BALLOT_INSTANCES
+#define SPLIT_ROOM whole_push.padded_reach
+#else
+#define SPLIT_ROOM push.padded_reach
+#endif
+#define ROOM_IN_DOUBLE(ray, m) + (1.25e-7 * abs((ray).origin) + (7.2e-15 * (m) + SPLIT_ROOM))
+#endif
 const float END_SLACK = 1.91e-6, BEAM_SLACK = 1.91e-6, EXTENT_SLACK = 9.6e-7, GRID_PAD = 3.1e-4;
 
 #include "padded_slabs.glsl"
@@ -36,7 +52,7 @@ bool has_safe_slabs(float m) { return m >= 7.89e-31 && m <= 8.5e37; }
 Slabs make_slabs(Ray ray) {
   float m = scene_reach(ray.origin), infinity = uintBitsToFloat(0x7F800000u);
   vec3 origin = from_box_origin(ray.origin), inv = reciprocal_direction(ray.dir);
-  vec3 room = 1.25e-7 * abs(origin) + (3.47e-18 * m + 1.9e-37);
+  vec3 room = 1.25e-7 * abs(origin) + (3.47e-18 * m + 1.9e-37) ROOM_IN_DOUBLE(ray, m);
 #if BALLOT_LAYOUT >= LAYOUT_CENTRED
   if (!has_safe_slabs(m)) return Slabs(vec3(0.0), vec3(1.0), infinity);
   return Slabs(origin, inv, max(room.x, max(room.y, room.z)));
@@ -52,7 +68,7 @@ vec3 segment_pad(Ray ray) {
   float m = scene_reach(ray.origin);
   if (!has_safe_slabs(m)) return vec3(uintBitsToFloat(0x7F800000u));
   vec3 ends = max(abs(ray.t_min), abs(ray.t_max)) * abs(ray.dir);
-  return 4.8e-7 * (abs(from_box_origin(ray.origin)) + ends) + (3.47e-18 * m + 1.9e-37);
+  return 4.8e-7 * (abs(from_box_origin(ray.origin)) + ends) + (3.47e-18 * m + 1.9e-37) ROOM_IN_DOUBLE(ray, m);
 }
 
 float stretched_end(float end) { return fma(abs(end), END_SLACK, end); }

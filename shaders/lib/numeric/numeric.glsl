@@ -90,6 +90,8 @@ TriangleTexels fetch_triangle(uint texel, uint order) {
 #include "triangle_woop_affine.glsl"
 #elif BALLOT_TRIANGLE == TRIANGLE_EXACT
 #include "triangle_exact.glsl"
+#elif BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+#include "triangle_double.glsl"
 #else
 #include "triangle_moeller.glsl"
 #endif

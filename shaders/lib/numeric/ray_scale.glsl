@@ -11,8 +11,10 @@ uint direction_exponent(vec3 dir) {
 
 float direction_scale(vec3 dir) { return uintBitsToFloat((254u - direction_exponent(dir)) << 23); }
 
+#if BALLOT_TRIANGLE == TRIANGLE_EXACT || BALLOT_TRIANGLE == TRIANGLE_DOUBLE
 #if BALLOT_TRIANGLE == TRIANGLE_EXACT
 #include "float_bits.glsl"
+#endif
 // Scales in double, so that components below 2^-126 are not lost on devices that flush them.
 vec3 scaled_direction(vec3 dir) {
   dvec3 scaled = widen(dir) * packDouble2x32(uvec2(0u, (1150u - direction_exponent(dir)) << 20));

@@ -16,6 +16,9 @@
 // reported, at equal t in that of the numbers; in mode exact those of one instance are in their exact order. A
 // triangle's front is the side from which its moved vertices run counter-clockwise: a matrix that mirrors turns it.
 //
+// Mode "double": the ray of an instance is computed in double from the given one, with m and t as they are, and the hit
+// with the smallest t in double counts.
+//
 // Closest points and the inside test have definitions of their own: lib/query/point_instances.glsl and
 // inside_instances.glsl.
 //
@@ -46,6 +49,10 @@ vec3 world_inv;    // its reciprocal direction
 float world_scale;  // of t, from this scale to the given ray's
 Hit best;          // the nearest hit so far: t on the scale of `world`, the number of its triangle
 float best_open;   // no triangle that a walk has left open is hit before this t (numeric.glsl)
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+DoubleRay world_in_double;  // scaled
+double best_t;              // of `best`
+#endif
 #define RAY_INSTANCES  // has top_stack, top_height and first_prim
 uint top_stack[TOP_STACK_SIZE];
 uint top_height, top_node;
@@ -57,15 +64,46 @@ float object_scale;  // of t, from the mesh's walk to the scale of `world`
 #define GIVEN_RAY load_ray
 #endif
 
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+void begin_in_double(Ray given) {
+  uint e = direction_exponent(given.dir);
+  double scale = packDouble2x32(uvec2(0u, (1150u - e) << 20)), inverse = packDouble2x32(uvec2(0u, (896u + e) << 20));
+  DoubleRay r = given_in_double;
+  world_in_double = DoubleRay(r.origin, r.t_min * inverse, r.dir * scale, r.t_max * inverse);
+  best_t = world_in_double.t_max;
+}
+
+// Sets given_in_double to the ray of an instance, whose record has these rows, and returns that rounded.
+Ray enter_in_double(vec4 x, vec4 y, vec4 z) {
+  DoubleRay w = world_in_double;
+  dvec3 rx = dvec3(x.xyz), ry = dvec3(y.xyz), rz = dvec3(z.xyz), from = w.origin - dvec3(x.w, y.w, z.w);
+  dvec3 dir = w.dir;
+  precise dvec3 o = dvec3(rx.x * from.x + rx.y * from.y + rx.z * from.z, ry.x * from.x + ry.y * from.y + ry.z * from.z,
+                          rz.x * from.x + rz.y * from.y + rz.z * from.z);
+  precise dvec3 d = dvec3(rx.x * dir.x + rx.y * dir.y + rx.z * dir.z, ry.x * dir.x + ry.y * dir.y + ry.z * dir.z,
+                          rz.x * dir.x + rz.y * dir.y + rz.z * dir.z);
+  given_in_double = DoubleRay(o, w.t_min, d, best_t);
+  Ray ray = rounded(given_in_double);
+  return Ray(ray.origin, clamp(ray.t_min, -3.4e38, 3.4e38), ray.dir, clamp(ray.t_max, -3.4e38, 3.4e38));
+}
+#endif
+
 // Loads ray number `index` and begins its walk. Returns false if there is no such ray or the ray is dead.
 bool begin_instances(uint index) {
   bool inside = index < RAY_END;
   Ray given = GIVEN_RAY(inside ? index : whole_push.ray_begin);
   bool live = inside && !is_dead(given);
   if (!live) given = Ray(vec3(0.0), 0.0, vec3(0.0, 0.0, 1.0), 0.0);
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+  begin_in_double(given);
+#endif
   world = scaled_ray(given);
   world_inv = reciprocal_direction(world.dir);
   world_scale = direction_scale(given.dir);
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+  world.t_min -= abs(world.t_min) * 2.4e-7 + 1e-37;  // the range was rounded
+  world.t_max = min(world.t_max + abs(world.t_max) * 2.4e-7, 3.4e38);
+#endif
   best = Hit(world.t_max, NO_HIT, 0.0, 0.0);
   best_open = 3.4e38;
   top_stack[0] = END_OF_TREE;
@@ -94,6 +132,11 @@ bool meets_top_box(vec3 lo, vec3 hi, float slack, out float entry) {
   precise vec3 to_lo = lo - world.origin, to_hi = hi - world.origin;
   vec3 far = larger(abs(to_lo), abs(to_hi));
   precise float pad = slack * larger(larger(far.x, far.y), far.z);
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+  // The ray is rounded, and vertices in double are off where they are placed by shear_scale.
+  vec3 size = larger(larger(abs(lo), abs(hi)), abs(world.origin));
+  pad += 2.5e-7 * larger(larger(size.x, size.y), size.z) + whole_push.shear_scale;
+#endif
   precise vec3 a = (to_lo - pad) * world_inv, b = (to_hi + pad) * world_inv;
   vec2 i = cut_interval(a, b, world.t_min, best_reach());
   entry = i.x;
@@ -133,7 +176,11 @@ uint enter_instance(uint instance, inout Walker w, inout bool here) {
   vec4 x = uintBitsToFloat(top_texel(at)), y = uintBitsToFloat(top_texel(at + 1u)),
        z = uintBitsToFloat(top_texel(at + 2u));
   precise vec3 from = world.origin - vec3(x.w, y.w, z.w);
+#if BALLOT_TRIANGLE == TRIANGLE_DOUBLE
+  Ray given = enter_in_double(x, y, z);
+#else
   Ray given = Ray(in_object(x, y, z, from), world.t_min, in_object(x, y, z, world.dir), best_reach());
+#endif
   // The range may be a point: after a hit at t_min others at the same t still count.
   vec3 size = abs(given.dir);
   bool usable = is_finite(given.origin) && is_finite(given.dir) && max(size.x, max(size.y, size.z)) >= 1.17549435e-38;

@@ -33,6 +33,9 @@ uint enter_mesh(uint mesh) {
   first_node = d.y;
   first_leaf = d.z;
   first_format = d.w;
+#if BALLOT_DOUBLES
+  first_double = double_texel(mesh).x;
+#endif
   return top_push.mesh_root == END_OF_TREE ? d.x : top_push.mesh_root;
 }
 
