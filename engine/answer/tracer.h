@@ -57,7 +57,7 @@ class Tracer {
   /// The same for a stream of rays (stream.h), whose number may be unknown.
   TraceTimes trace(const RayStream& stream, const Query& query);
 
-  /// The same for rays in double. Throws Error(Arguments) if the query's numeric mode is not double, or for knob reorder.
+  /// The same for rays in double. Throws Error(Arguments) in numeric modes other than double, or for knob reorder.
   TraceTimes trace(const Stream<RayInDouble, Hit>& stream, const Query& query);
   TraceTimes trace(const Buffer<RayInDouble>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query);
 

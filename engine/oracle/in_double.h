@@ -2,8 +2,8 @@
 // of shaders/lib/numeric/triangle_double.glsl, whose bits it has. A single tree alone, no instances.
 //
 // The crossings of a ray are those of shaders/lib/query/triangle_crossing.glsl in double: ties are broken by an
-// infinitesimal step, so a closed surface is crossed an even number of times. They answer what lists crossings or leaves
-// triangles out, and the inside test.
+// infinitesimal step, so a closed surface is crossed an even number of times. They answer what lists crossings or
+// leaves triangles out, and the inside test.
 #pragma once
 
 #include <functional>

@@ -63,6 +63,12 @@ TEST_F(DoubleMode, EveryMethodHasTheBitsOfTheOracle) {
     t->tracer->trace(rays, hits, q);
     EXPECT_EQ(different(truth, hits), 0u) << q.method;
   }
+  for (const char* method : {"packet", "dynamic-fetch", "frontier", "bvh4-turns", "packet-wide"}) {
+    std::vector<Hit> hits(rays.size());
+    t->tracer->trace(rays, hits, {.want = Want::Any, .method = method, .numeric = "double"});
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      EXPECT_EQ(hits[i].prim == NO_HIT, truth[i].prim == NO_HIT) << method << ", ray " << i;
+  }
 }
 
 TEST_F(DoubleMode, RaysAndVerticesInDoubleHaveTheBitsOfTheOracle) {
