@@ -36,7 +36,7 @@ bool is_exact(const char* numeric) {
   const std::string_view name = numeric ? numeric : kDefaultNumeric;
   if (name != "exact" && name != kDefaultNumeric)
     fail(Failure::Arguments, "numeric is '{}'; expected {} or exact{}", name, kDefaultNumeric,
-         name == "double" ? ": double answers arrays of the host" : "");
+         name == "double" ? ": double answers arrays of the host, by the library" : "");
   return name == "exact";
 }
 
