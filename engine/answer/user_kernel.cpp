@@ -40,7 +40,8 @@ OwnText own_text(const UserText& text, const WholeText& whole) {
 
 UserInputs inputs_of(Context& gpu, const UserText& text) {
   WholeText whole = whole_text(text);
-  for (const char* define : {"BALLOT_HAS_INSTANCES", "BALLOT_STORED"}) whole.defines.emplace_back(define, 0);
+  for (const char* define : {"BALLOT_HAS_INSTANCES", "BALLOT_STORED", "BALLOT_HAS_SHAPES"})
+    whole.defines.emplace_back(define, 0);
   const KernelSource source = own_source("called", gpu.info(), kFlat, whole.defines, own_text(text, whole));
   Reflection reflection;
   try {

@@ -115,6 +115,10 @@ typedef struct BallotSceneOptions {
    * (BallotSceneInfo::origin). Zero: one is found if numbers in double lie farther from zero than twice the scene's
    * longest side; else there is none. */
   double origin[3] BALLOT_ZERO;
+  /* Of files: what points of PLY and rows of .npy are: "spheres", "discs", "capsules" or "boxes" (BallotMesh::shapes).
+   * PLY's are its vertices, though it has faces. NULL: as the file tells. */
+  BallotText shapes BALLOT_ZERO;
+  float radius BALLOT_ZERO; /* Of files: of points and lines of PLY, .npy and glTF that have none; 0: none is given */
 } BallotSceneOptions;
 
 /* Where meshes lie in the world. A mesh may have many instances, or none. */
@@ -170,11 +174,12 @@ typedef struct BallotInstances {
 BALLOT_API BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes, size_t count,
                                             const BallotInstances* instances, const BallotSceneOptions* options,
                                             BallotScene** scene);
-/* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, or triangles (.npy, .npz), with its cameras and materials. Its
- * meshes are nodes of glTF that place triangles, groups of OBJ, else the whole; ballot_scene_mesh() tells their names.
- * If some are kept once (options->instances) the scene has instances, which number the triangles as if each use were a
- * copy of its own. The tree is kept on disk if options is NULL or options->cache is 1. Files that it names lie in its
- * folder or below, unless options->allow_outside is 1; what memory cannot hold is refused beforehand. */
+/* Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, or triangles or shapes (.npy, .npz), with its cameras and
+ * materials. Points of PLY and glTF are spheres or discs, lines capsules. Its meshes are nodes of glTF that place
+ * triangles, groups of OBJ, else the whole; ballot_scene_mesh() tells their names. If some are kept once
+ * (options->instances) the scene has instances, which number the triangles as if each use were a copy of its own. The
+ * tree is kept on disk if options is NULL or options->cache is 1. Files that it names lie in its folder or below,
+ * unless options->allow_outside is 1; what memory cannot hold is refused beforehand. */
 BALLOT_API BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const BallotSceneOptions* options,
                                           BallotScene** scene);
 /* Destroys a scene. */
@@ -311,6 +316,7 @@ typedef struct BallotMeshInfo {
   uint32_t attributes; /* how many it has */
   double origin[3];    /* the point of its own space that lo, hi and its vertices are counted from */
   double rounding;     /* how far float32 has moved a vertex at most, as the mesh was given last; scene units */
+  char shapes[16];     /* what it is made of: BallotMesh::shapes */
 } BallotMeshInfo;
 /* Tells of a mesh by its place among them, 0 to BallotSceneInfo::meshes - 1; they are in the order of their numbers. */
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo* info);

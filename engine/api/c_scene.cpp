@@ -84,15 +84,12 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
     if (std::ranges::any_of(o.origin, [](double x) { return x != 0; }))
       refuse(fmt::format("ballot_scene_load: origin is ({}, {}, {}); expected none: files find their own", o.origin[0],
                          o.origin[1], o.origin[2]));
-    ballot::LoadOptions load{.allow_outside = o.allow_outside != 0, .layout = layout_of(o)};
+    ballot::LoadOptions load{.allow_outside = o.allow_outside != 0, .layout = layout_of(o), .radius = o.radius};
+    if (o.shapes) load.shapes = ballot::find_named(ballot::kShapes, o.shapes.text, "kind of shapes").kind;
     if (o.instances) load.instances = ballot::find_named(ballot::kInstancePolicies, o.instances.text, "instances").id;
     ballot::Scene loaded = ballot::load_scene(path, load);
-    for (std::size_t m = 0; m < loaded.instances.meshes(); ++m) {
-      const std::size_t triangles = loaded.instances.triangles_of(m);
-      MeshState& mesh = state->meshes.emplace(static_cast<std::uint32_t>(m), MeshState{}).first->second;
-      mesh.triangles = triangles, mesh.vertices = 3 * triangles;
-      mesh.origin = loaded.origin;
-    }
+    for (std::size_t m = 0; m < loaded.instances.meshes(); ++m)
+      state->meshes.emplace(static_cast<std::uint32_t>(m), state_of_file(loaded, m));
     const DeviceUse use(*d);
     Watch watch(o, *d, "scene");
     const Watched watched(watch);
@@ -146,6 +143,7 @@ BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo*
     const MeshState& mesh = state->meshes.at(i.mesh);
     i.attributes = static_cast<std::uint32_t>(mesh.attributes.size());
     i.rounding = mesh.rounding;
+    write_name(i.shapes, std::string(ballot::info_of(mesh.kind).name));
     for (int axis = 0; axis < 3; ++axis) i.origin[axis] = mesh.origin[axis];
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     write_struct(info, i, "BallotMeshInfo");

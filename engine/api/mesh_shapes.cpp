@@ -37,4 +37,19 @@ std::vector<ballot::Shape> shapes_at(const MeshState& mesh, std::span<const glm:
   return make_shapes(mesh.kind, mesh.indices, {positions, mesh.radii, mesh.normals}, where);
 }
 
+MeshState state_of_file(const ballot::Scene& scene, std::size_t mesh) {
+  MeshState state;
+  const ShapeInfo& info = info_of(scene.instances.mesh_labels[mesh].kind);
+  state.triangles = scene.instances.triangles_of(mesh), state.vertices = info.vertices * state.triangles;
+  state.kind = info.kind;
+  state.origin = scene.origin;
+  if (info.kind == ShapeKind::Triangles) return state;
+  for (const ballot::Shape& s : std::span(scene.shapes).subspan(scene.instances.first[mesh], state.triangles)) {
+    if (info.radii) state.radii.push_back(s.a.w);
+    if (info.radii && info.vertices == 2) state.radii.push_back(s.b.w);
+    if (info.normals) state.normals.emplace_back(s.b);
+  }
+  return state;
+}
+
 }  // namespace ballot::api

@@ -17,4 +17,7 @@ std::vector<float> read_radii(const BallotMesh& m, const std::string& where);
 std::vector<ballot::Shape> shapes_at(const MeshState& mesh, std::span<const glm::vec3> positions,
                                      const std::string& where);
 
+/// Returns the state of mesh `mesh` of a file, whose vertices are those of its triangles or shapes in turn.
+MeshState state_of_file(const ballot::Scene& scene, std::size_t mesh);
+
 }  // namespace ballot::api

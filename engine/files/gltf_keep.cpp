@@ -33,13 +33,17 @@ std::uint32_t InstanceWriter::name_of(std::size_t node) {
   return named_->second;
 }
 
-void InstanceWriter::begin_copy(std::size_t node) {
-  if (copied_ == node) return;
+void InstanceWriter::begin_in_world(std::size_t node, ShapeKind kind) {
   const std::uint32_t name = name_of(node), mesh = static_cast<std::uint32_t>(to().first.size());
   to().first.push_back(scene_.triangles.size());
   to().mesh_labels.push_back(
-      {.name = name, .id = static_cast<std::uint32_t>(file_.model.nodes[node].mesh), .in_world = true});
+      {.name = name, .id = static_cast<std::uint32_t>(file_.model.nodes[node].mesh), .in_world = true, .kind = kind});
   place(node, mesh, {});
+}
+
+void InstanceWriter::begin_copy(std::size_t node) {
+  if (copied_ == node) return;
+  begin_in_world(node, ShapeKind::Triangles);
   copied_ = node;
 }
 

@@ -41,6 +41,9 @@ class InstanceWriter {
   /// one mesh, so that a small file cannot ask for many.
   void begin_copy(std::size_t node);
 
+  /// Begins a mesh of a node, which lies in the world.
+  void begin_in_world(std::size_t node, ShapeKind kind);
+
   /// Returns the number in the scene of a mesh that is kept once. A matrix that mirrors takes the mesh `turned`: its
   /// triangles are then wound in the world as glTF has it. `append(turned)`, which appends the mesh in its own space,
   /// is called once each.

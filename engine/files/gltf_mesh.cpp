@@ -11,14 +11,41 @@
 namespace ballot {
 namespace {
 
-std::size_t triangle_count(int mode, std::size_t corners) {
-  if (mode == TINYGLTF_MODE_TRIANGLES) return corners / 3;
-  return corners < 3 ? 0 : corners - 2;
+/// Returns the number of triangles, lines or points that corners make.
+std::size_t piece_count(int mode, std::size_t corners) {
+  switch (mode) {
+    case TINYGLTF_MODE_POINTS:
+      return corners;
+    case TINYGLTF_MODE_LINE:
+      return corners / 2;
+    case TINYGLTF_MODE_LINE_LOOP:
+      return corners < 2 ? 0 : corners;
+    case TINYGLTF_MODE_LINE_STRIP:
+      return corners < 2 ? 0 : corners - 1;
+    case TINYGLTF_MODE_TRIANGLES:
+      return corners / 3;
+    default:
+      return corners < 3 ? 0 : corners - 2;
+  }
 }
 
-/// Returns the corner numbers of triangle i, in the order of the glTF 2.0 specification, section 3.7.2.1.
-std::array<std::size_t, 3> corners_of(int mode, std::size_t i) {
+ShapeKind shapes_of(int mode) {
+  if (mode == TINYGLTF_MODE_POINTS) return ShapeKind::Spheres;
+  return mode <= TINYGLTF_MODE_LINE_STRIP ? ShapeKind::Capsules : ShapeKind::Triangles;
+}
+
+/// Returns the corner numbers of triangle, line or point i of `count`, in the order of the glTF 2.0 specification,
+/// section 3.7.2.1.
+std::array<std::size_t, 3> corners_of(int mode, std::size_t i, std::size_t count) {
   switch (mode) {
+    case TINYGLTF_MODE_POINTS:
+      return {i, i, i};
+    case TINYGLTF_MODE_LINE:
+      return {2 * i, 2 * i + 1, 2 * i + 1};
+    case TINYGLTF_MODE_LINE_LOOP:
+      return {i, (i + 1) % count, (i + 1) % count};
+    case TINYGLTF_MODE_LINE_STRIP:
+      return {i, i + 1, i + 1};
     case TINYGLTF_MODE_TRIANGLE_STRIP:
       return {i, i + 1 + i % 2, i + 2 - i % 2};
     case TINYGLTF_MODE_TRIANGLE_FAN:
@@ -114,10 +141,12 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
   OpenPrimitive to{.mesh = mesh, .primitive = primitive};
   to.place = fmt::format("{} primitive {}", label("mesh", mesh, owner.name), primitive);
   to.mode = from.mode;
-  if (from.mode < TINYGLTF_MODE_TRIANGLES || from.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
-    if (from.mode < TINYGLTF_MODE_POINTS || from.mode > TINYGLTF_MODE_TRIANGLE_FAN)
-      refuse("{} has mode {}; expected 0 to 6", to.place, from.mode);
-    file.notes.push_back(fmt::format("{} (mode {}: points or lines) was ignored.", to.place, from.mode));
+  if (from.mode < TINYGLTF_MODE_POINTS || from.mode > TINYGLTF_MODE_TRIANGLE_FAN)
+    refuse("{} has mode {}; expected 0 to 6", to.place, from.mode);
+  to.shapes = shapes_of(from.mode);
+  if (to.shapes != ShapeKind::Triangles && file.options.radius == 0) {
+    file.notes.push_back(fmt::format(
+        "{} (mode {}: points or lines) was ignored; with a radius they are spheres or capsules.", to.place, from.mode));
     return std::nullopt;
   }
   if (!from.attributes.contains("POSITION")) {
@@ -127,7 +156,7 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
   to.material = material_index(file, from.material, to.place);
   open_attributes(file, from, to);
   const std::size_t corners = to.indices ? to.indices->size() : to.positions.size();
-  to.triangle_count = triangle_count(from.mode, corners);
+  to.triangle_count = piece_count(from.mode, corners);
   if (from.mode == TINYGLTF_MODE_TRIANGLES && corners % 3 != 0)
     file.notes.push_back(fmt::format("{} has {} corners, not a multiple of 3; the last {} were left out.", to.place,
                                      corners, corners % 3));
@@ -135,7 +164,7 @@ std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, st
 }
 
 std::array<std::size_t, 3> primitive_corners(const OpenPrimitive& primitive, std::size_t i) {
-  std::array<std::size_t, 3> corners = corners_of(primitive.mode, i);
+  std::array<std::size_t, 3> corners = corners_of(primitive.mode, i, primitive.triangle_count);
   if (!primitive.indices) return corners;
   for (std::size_t& corner : corners) {
     const std::size_t index = primitive.indices->index(corner);
@@ -168,6 +197,17 @@ void append_primitive(const OpenPrimitive& primitive, const glm::dmat4& world_fr
     }
     scene.normals.push_back(shading);
   }
+}
+
+void append_primitive_shapes(const OpenPrimitive& primitive, const glm::dmat4& world_from_node, float radius,
+                             const Carried& carried, Scene& scene) {
+  const std::size_t first = scene.triangles.size(), vertices = info_of(primitive.shapes).vertices;
+  append_primitive(primitive, world_from_node, false, carried, scene);
+  std::vector<glm::vec3> positions;
+  for (const Triangle& t : std::span(scene.triangles).subspan(first))
+    positions.insert(positions.end(), t.begin(), t.begin() + std::ptrdiff_t(vertices));
+  scene.triangles.resize(first);
+  append_shapes(primitive.shapes, {positions, std::vector<float>(positions.size(), radius)}, scene);
 }
 
 }  // namespace ballot

@@ -10,7 +10,7 @@
 
 namespace ballot {
 
-/// A primitive that has triangles, with its accessors checked. The numbers are indices into GltfFile::model.
+/// A primitive of triangles, points or lines, with its accessors checked. The numbers are indices into GltfFile::model.
 struct OpenPrimitive {
   std::size_t mesh = 0, primitive = 0;
   AccessorView positions{};
@@ -19,11 +19,13 @@ struct OpenPrimitive {
   std::array<std::optional<AccessorView>, kUvSets> uvs{};
   int mode = 0;
   std::uint32_t material = 0;
-  std::size_t triangle_count = 0;
-  std::string place{};  // "mesh 3 ('chair') primitive 0"
+  std::size_t triangle_count = 0;           // or of its shapes
+  ShapeKind shapes = ShapeKind::Triangles;  // spheres of points, capsules of lines
+  std::string place{};                      // "mesh 3 ('chair') primitive 0"
 };
 
-/// Opens a primitive. Returns nothing for points, lines and primitives without POSITION, and adds a note.
+/// Opens a primitive. Returns nothing for primitives without POSITION, and for points and lines unless the options
+/// have a radius, and adds a note.
 /// Throws Error(Work).
 std::optional<OpenPrimitive> open_primitive(GltfFile& file, std::size_t mesh, std::size_t primitive);
 
@@ -34,7 +36,8 @@ struct Carried {
   std::array<bool, kUvSets> uvs{};  // coordinates (0, 0) where a primitive has none
 };
 
-/// Returns the vertices of triangle i. Throws Error(Work) on an index out of range.
+/// Returns the vertices of triangle i, or of shape i, whose last one comes again. Throws Error(Work) on an index out of
+/// range.
 std::array<std::size_t, 3> primitive_corners(const OpenPrimitive& primitive, std::size_t i);
 
 /// Appends the triangles of a primitive and the attributes that they carry. Positions are transformed in double and
@@ -43,5 +46,10 @@ std::array<std::size_t, 3> primitive_corners(const OpenPrimitive& primitive, std
 /// Throws Error(Work) on an index out of range and on a vertex that is not finite.
 void append_primitive(const OpenPrimitive& primitive, const glm::dmat4& world_from_node, bool turned,
                       const Carried& carried, Scene& scene);
+
+/// Appends the shapes of a primitive in the same way. Their radius is one of the world. Throws as append_shapes() does,
+/// too.
+void append_primitive_shapes(const OpenPrimitive& primitive, const glm::dmat4& world_from_node, float radius,
+                             const Carried& carried, Scene& scene);
 
 }  // namespace ballot

@@ -34,6 +34,14 @@ std::uint64_t triangles_of(const std::vector<OpenPrimitive>& mesh) {
   return count;
 }
 
+bool has(ShapeKind kind, const std::vector<OpenPrimitive>& mesh) {
+  return std::ranges::any_of(mesh, [&](const OpenPrimitive& p) { return p.shapes == kind && p.triangle_count > 0; });
+}
+
+bool has_shapes(const std::vector<OpenPrimitive>& mesh) {
+  return has(ShapeKind::Spheres, mesh) || has(ShapeKind::Capsules, mesh);
+}
+
 /// The uses of meshes by the nodes of a file.
 struct Uses {
   explicit Uses(const TriangleSource& given) : source(given), instances(instances_of(given.file, given.placed)) {}
@@ -94,7 +102,7 @@ constexpr std::uint64_t kBytesAnInstance = 60 + 232;  // of the scene; of its tr
 void add_carried(const std::vector<OpenPrimitive>& mesh, const Scene& scene, Carried& carried) {
   for (const OpenPrimitive& primitive : mesh) {
     if (primitive.triangle_count == 0) continue;
-    carried.normals |= primitive.normals.has_value();
+    carried.normals |= primitive.normals && primitive.shapes == ShapeKind::Triangles;
     carried.colors |= primitive.colors.has_value();
     if (primitive.material >= scene.materials.size()) continue;
     for (const TextureUse* use : scene.materials[primitive.material].uses())
@@ -115,7 +123,7 @@ SceneSizes chosen_sizes(const Uses& uses, const Scene& scene) {
       refuse("its nodes place more than {} triangles; use a smaller scene", most);
     const bool deforms = uses.deforms(p);
     deforming |= deforms && !uses.file().model.animations.empty();
-    if (deforms) return;
+    if (deforms || has_shapes(mesh)) return;
     MeshUses& m = sizes.kept[uses.mesh_number(p)];
     m.triangles = triangles;
     m.uses += count;
@@ -167,6 +175,20 @@ void reserve(const SceneSizes& sizes, Scene& scene) {
     if (carried.uvs[set]) scene.uvs[set].reserve(sizes.held);
 }
 
+/// Appends the points and lines of a node, in the world: a mesh of spheres and one of capsules.
+void append_shapes(const Uses& uses, const PlacedNode& p, const std::vector<OpenPrimitive>& mesh,
+                   const Carried& carried, InstanceWriter& writer, Scene& scene) {
+  for (const ShapeKind kind : {ShapeKind::Spheres, ShapeKind::Capsules}) {
+    if (!has(kind, mesh)) continue;
+    writer.begin_in_world(p.node, kind);
+    uses.for_each_use(p, [&](const glm::dmat4& world, const glm::dmat4&, bool) {
+      for (const OpenPrimitive& primitive : mesh)
+        if (primitive.shapes == kind)
+          append_primitive_shapes(primitive, world, uses.file().options.radius, carried, scene);
+    });
+  }
+}
+
 }  // namespace
 
 OpenMeshes open_meshes(GltfFile& file, const std::vector<PlacedNode>& placed) {
@@ -191,17 +213,18 @@ void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* wh
   const SceneSizes sizes = sizes_of(uses, scene);
   reserve(sizes, scene);
   InstanceWriter writer(source.file, scene);
-  std::uint64_t copied = 0;
+  std::uint64_t copied = 0, resting = 0;
   uses.for_each_node([&](const PlacedNode& p, const std::vector<OpenPrimitive>& mesh) {
-    const bool keep = sizes.kept.contains(uses.mesh_number(p)) && !uses.deforms(p);
-    uses.for_each_use(p, [&](const glm::dmat4& world, const glm::dmat4& node_from_mesh, bool instanced) {
+    const auto append_use = [&](const glm::dmat4& world, const glm::dmat4& node_from_mesh, bool instanced) {
       const auto append = [&](const glm::dmat4& matrix, bool turned, std::vector<PlacedPrimitive>* to) {
         for (const OpenPrimitive& primitive : mesh) {
+          if (primitive.shapes != ShapeKind::Triangles) continue;
           if (to && primitive.triangle_count > 0)
             to->push_back({&primitive, p.node, node_from_mesh, instanced, turned, scene.triangles.size()});
           append_primitive(primitive, matrix, turned, sizes.carried, scene);
         }
       };
+      const bool keep = sizes.kept.contains(uses.mesh_number(p)) && !uses.deforms(p);
       const Transform transform = transform_of(world);
       if (!keep || !is_placeable(transform)) {
         writer.begin_copy(p.node);
@@ -216,12 +239,19 @@ void read_triangles(const TriangleSource& source, Scene& scene, MovingPlaces* wh
             uses.needs(p, world, turned) ? writer.number_of(uses.mesh_number(p), turned, once) : moving.meshes[!turned];
       moving.placement = writer.place(p.node, moving.meshes[mirrors(world)], transform);
       if (where && uses.moves(p)) where->instances.push_back(moving);
-    });
+    };
+    if (has(ShapeKind::Triangles, mesh)) uses.for_each_use(p, append_use);
+    append_shapes(uses, p, mesh, sizes.carried, writer, scene);
+    resting += has_shapes(mesh) && (uses.moves(p) || uses.deforms(p)) ? 1 : 0;
   });
   writer.finish();
+  if (!scene.shapes.empty()) scene.shapes.resize(scene.triangles.size());
   if (copied > 0)
     scene.notes.push_back(fmt::format(
         "{} instances were copied: their matrices are singular or stretch too much to be kept as instances.", copied));
+  if (resting > 0)
+    scene.notes.push_back(fmt::format(
+        "The points and lines of {} nodes stay at rest, which animations, skins or morph targets move.", resting));
 }
 
 }  // namespace ballot

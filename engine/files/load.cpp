@@ -15,9 +15,13 @@ namespace ballot {
 namespace {
 
 constexpr std::array kFormats{
-    SceneFormat{".gltf", load_gltf}, SceneFormat{".glb", load_gltf}, SceneFormat{".obj", load_obj},
-    SceneFormat{".ply", load_ply},   SceneFormat{".stl", load_stl},  SceneFormat{".npy", load_npy},
-    SceneFormat{".npz", load_npz},
+    SceneFormat{".gltf", load_gltf, true},
+    SceneFormat{".glb", load_gltf, true},
+    SceneFormat{".obj", load_obj},
+    SceneFormat{".ply", load_ply, true, true},
+    SceneFormat{".stl", load_stl},
+    SceneFormat{".npy", load_npy, true, true},
+    SceneFormat{".npz", load_npz, true, true},
 };
 
 const SceneFormat& format_of(const std::filesystem::path& path) {
@@ -44,6 +48,27 @@ const SceneFormat& checked_format(const std::filesystem::path& path) {
   return format;
 }
 
+/// Throws Error(Arguments) for options of shapes that a format has no use for.
+void check_shape_options(const SceneFormat& format, const LoadOptions& options) {
+  const auto has = [&](auto member) {
+    std::string names;
+    for (const SceneFormat& f : kFormats)
+      if (f.*member) names += fmt::format("{}{}", names.empty() ? "" : ", ", f.extension);
+    return names;
+  };
+  if (!(options.radius >= 0 && options.radius <= 1e12f))
+    fail(Failure::Arguments, "radius of points: {}; expected more than 0, at most 1e12", options.radius);
+  if (options.radius > 0 && !format.points)
+    fail(Failure::Arguments, "radius of points: {} files have triangles alone; those with points: {}", format.extension,
+         has(&SceneFormat::points));
+  if (!options.shapes) return;
+  if (*options.shapes == ShapeKind::Triangles)
+    fail(Failure::Arguments, "shapes: triangles are what files of triangles have; expected a kind of points, or none");
+  if (!format.chooses_shapes)
+    fail(Failure::Arguments, "shapes '{}': {} files tell themselves what they hold; those that do not: {}",
+         info_of(*options.shapes).name, format.extension, has(&SceneFormat::chooses_shapes));
+}
+
 /// Adds a note if float32 numbers are so far apart where the vertices lie that rounding to them moves a vertex by more
 /// than 2^-20 of the scene's size, and the vertices use all of their bits, as rounded ones do.
 void note_rounding(Scene& scene) {
@@ -59,8 +84,11 @@ void note_rounding(Scene& scene) {
   if (!(size > 0 && half_apart > std::ldexp(size, -20))) return;
   const auto full = [&](float c) { return std::abs(c) >= farthest && (std::bit_cast<std::uint32_t>(c) & 1) != 0; };
   const auto any_full = [&](const glm::vec3& v) { return full(v.x) || full(v.y) || full(v.z); };
-  if (std::ranges::none_of(scene.triangles, [&](const Triangle& t) { return std::ranges::any_of(t, any_full); }))
-    return;
+  const bool rounded =
+      scene.shapes.empty()
+          ? std::ranges::any_of(scene.triangles, [&](const Triangle& t) { return std::ranges::any_of(t, any_full); })
+          : std::ranges::any_of(scene.shapes, [&](const Shape& s) { return any_full(glm::vec3(s.a)); });
+  if (!rounded) return;
   scene.notes.push_back(
       fmt::format("Far from the origin, up to {:.9g}, float32 rounds coordinates by up to {:.3g}, which is {:.1e} of "
                   "the scene's size "
@@ -89,6 +117,7 @@ std::span<const SceneFormat> scene_formats() { return kFormats; }
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options) {
   return naming(path, [&] {
     const SceneFormat& format = checked_format(path);
+    check_shape_options(format, options);
     try {
       Scene scene = format.load(path, options);
       scene.name = path.stem().string();

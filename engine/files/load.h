@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -14,6 +15,9 @@ struct LoadOptions {
   bool allow_outside = false;  // read buffers, images and materials outside of the scene's folder too
   InstancePolicy instances = InstancePolicy::Auto;  // of glTF; other formats place each mesh once
   Layout layout = Layout::Auto;
+  /// What points of PLY and rows of arrays become, even if the file has triangles; none: what the file tells.
+  std::optional<ShapeKind> shapes = {};
+  float radius = 0;  // of points, lines and rows that have none, in the world; 0: none is given
 };
 
 /// Loads a scene file; the extension chooses the loader (see formats()).
@@ -21,12 +25,14 @@ struct LoadOptions {
 /// Triangles are numbered in this order, whether meshes are kept once or copied: the nodes of the default scene, depth
 /// first in file order; for each node its instances, if it has some, and the primitives of its mesh in order; for each
 /// primitive its triangles in index order. Node matrices are composed in double and rounded to float once: applied to
-/// the triangles, or as the matrix of an instance. Triangles of zero area keep their number; no ray hits them. A scene
-/// without triangles is valid. A file with animations, skins or morph targets is loaded at rest: nodes have their own
-/// transforms, skins follow them. `animation` then tells what moves (set_pose() in pose.h).
-/// Throws Error(Work) on a file that is missing, empty, truncated, of another format, inconsistent (an index or
-/// accessor out of range, counts beyond the file), that has a NaN or infinite vertex, that names a file outside of its
-/// folder, or that needs more memory than there is (memory.h). The text names file, place and value.
+/// the triangles, or as the matrix of an instance. Triangles of zero area keep their number; no ray hits them. Points
+/// and lines of glTF come behind the triangles of their node, spheres before capsules. A scene without triangles is
+/// valid. A file with animations, skins or morph targets is loaded at rest: nodes have their own transforms, skins
+/// follow them. `animation` then tells what moves (set_pose() in pose.h).
+/// Throws Error(Arguments) for a radius that is negative or not finite, and for shapes or a radius of a format that has
+/// no points. Throws Error(Work) on a file that is missing, empty, truncated, of another format, inconsistent (an index
+/// or accessor out of range, counts beyond the file), that has a NaN or infinite vertex, that names a file outside of
+/// its folder, or that needs more memory than there is (memory.h). The text names file, place and value.
 /// Thread-safe for different files and for the same file.
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
 
@@ -37,6 +43,8 @@ void check_scene_file(const std::filesystem::path& path);
 struct SceneFormat {
   std::string_view extension;  // with the dot, lower case
   Scene (*load)(const std::filesystem::path&, const LoadOptions&);
+  bool points = false;          // its points and lines may become shapes: LoadOptions::radius
+  bool chooses_shapes = false;  // LoadOptions::shapes too
 };
 /// Returns all scene formats.
 std::span<const SceneFormat> scene_formats();

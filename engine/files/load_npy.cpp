@@ -1,5 +1,5 @@
 // Loads NumPy arrays of triangles: an .npy of shape (n, 3, 3) or (n, 9), x y z of three vertices, float32 or float64;
-// or an .npz with such an array, or with vertices and the indices of triangles.
+// or an .npz with such an array, or with vertices and the indices of triangles. Rows of other widths are shapes.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,35 +8,12 @@
 
 #include "engine/core/memory.h"
 #include "engine/files/loaders.h"
-#include "engine/files/npy_file.h"
+#include "engine/files/npy_shapes.h"
 #include "engine/files/zip_file.h"
 #include "engine/model/recentring.h"
 
 namespace ballot {
 namespace {
-
-/// An array of rows of numbers, as a header describes it.
-struct Rows {
-  std::uint64_t count = 0, width = 0;
-  char kind = 0;          // f, i, u
-  std::size_t bytes = 0;  // of a number
-};
-
-/// Returns the rows of an array: (n, width), or (n, 3, 3) for a width of 9. Width 0: it is no array of rows.
-Rows rows_of(const NpyFile& file) {
-  const NpyHeader& header = file.header();
-  const std::vector<std::uint64_t> shape = header.shape.value_or(std::vector<std::uint64_t>{});
-  const std::string& descr = header.descr;  // such as "'<f4'"
-  const bool plain = descr.size() == 5 && descr[0] == '\'' && (descr[1] == '<' || descr[1] == '|');
-  if (!plain || descr[3] < '1' || descr[3] > '8') return {};
-  Rows rows{.kind = descr[2], .bytes = static_cast<std::size_t>(descr[3] - '0')};
-  if (shape.size() == 2) rows.count = shape[0], rows.width = shape[1];
-  if (shape.size() == 3 && shape[1] == 3 && shape[2] == 3) rows.count = shape[0], rows.width = 9;
-  return rows;
-}
-
-bool are_floats(const Rows& rows) { return rows.kind == 'f' && (rows.bytes == 4 || rows.bytes == 8); }
-bool are_integers(const Rows& rows) { return rows.kind == 'i' || rows.kind == 'u'; }
 
 /// Counts rows of points in double from an origin and rounds them. Returns the origin (origin_for()).
 template <std::size_t Width, class Rounded>
@@ -73,10 +50,12 @@ glm::dvec3 read_floats(NpyFile& file, const Rows& rows, std::vector<Row, Allocat
   return round_rows<kWidth>(values, to);
 }
 
-Scene triangles_of(NpyFile& file) {
+Scene soup_of(NpyFile& file, const LoadOptions& options) {
   const Rows rows = rows_of(file);
-  if (rows.width != 9 || !are_floats(rows))
-    refuse("{}; expected triangles: float32 or float64 of shape (n, 3, 3)", file.found());
+  const bool triangles = rows.width == 9 && !options.shapes;
+  if (!rows.are_floats() || rows.width == 0 || (rows.width == 3 && options.radius == 0 && !options.shapes))
+    refuse("{}; expected triangles: float32 or float64 of shape (n, 3, 3); or shapes: {}", file.found(), npy_shapes());
+  if (!triangles) return shapes_of(file, options);
   if (rows.count > kMaxTriangles)
     refuse("has {} triangles; expected at most {}; use a smaller scene", rows.count, kMaxTriangles);
   Scene scene;
@@ -88,9 +67,9 @@ Scene triangles_of(NpyFile& file) {
 /// Joins vertices with the indices of triangles.
 Scene indexed_of(NpyFile& vertices, NpyFile& faces) {
   const Rows points = rows_of(vertices), corners = rows_of(faces);
-  if (points.width != 3 || !are_floats(points))
+  if (points.width != 3 || !points.are_floats())
     refuse("its vertices: {}; expected float32 or float64 of shape (n, 3)", vertices.found());
-  if (corners.width != 3 || !are_integers(corners))
+  if (corners.width != 3 || !corners.are_integers())
     refuse("its triangles: {}; expected whole numbers of shape (n, 3)", faces.found());
   if (corners.count > kMaxTriangles)
     refuse("has {} triangles; expected at most {}; use a smaller scene", corners.count, kMaxTriangles);
@@ -119,12 +98,12 @@ Scene indexed_of(NpyFile& vertices, NpyFile& faces) {
 
 }  // namespace
 
-Scene load_npy(const std::filesystem::path& path, const LoadOptions&) {
+Scene load_npy(const std::filesystem::path& path, const LoadOptions& options) {
   NpyFile file(path);
-  return triangles_of(file);
+  return soup_of(file, options);
 }
 
-Scene load_npz(const std::filesystem::path& path, const LoadOptions&) {
+Scene load_npz(const std::filesystem::path& path, const LoadOptions& options) {
   const ZipFile zip(path);
   const std::vector<std::string> names = zip.names();
   const auto open = [&](const std::string& name) { return NpyFile(path / name, zip.read(name)); };
@@ -138,7 +117,7 @@ Scene load_npz(const std::filesystem::path& path, const LoadOptions&) {
     refuse("has the arrays {}; expected 'triangles', or 'vertices' and 'faces'",
            names.empty() ? "(none)" : fmt::format("{}", fmt::join(names, ", ")));
   NpyFile triangles = open(has("triangles.npy") ? "triangles.npy" : names[0]);
-  return triangles_of(triangles);
+  return soup_of(triangles, options);
 }
 
 }  // namespace ballot

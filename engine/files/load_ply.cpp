@@ -1,4 +1,4 @@
-// Loads PLY: the faces become triangles in file order.
+// Loads PLY: the faces become triangles in file order, points spheres or discs.
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <span>
@@ -23,10 +23,33 @@ std::array<glm::vec3, 3> normals_of(const PlyFile& file, const std::array<std::u
   return normals;
 }
 
+Scene points_of(PlyFile& file, const LoadOptions& options) {
+  const ShapeKind kind = options.shapes.value_or(ShapeKind::Spheres);
+  const ShapeInfo& info = info_of(kind);
+  if (info.vertices > 1 || !info.radii) refuse("its points are no {}; expected spheres or discs", info.name);
+  if (info.normals && file.normals.empty()) refuse("its points have no normals nx, ny and nz, but {} do", info.name);
+  if (file.radii.empty() && options.radius == 0)
+    refuse("its points have no property 'radius' or 'scalar_radius'; expected one, or a radius for all of them");
+  if (file.radii.empty()) file.radii.assign(file.vertices.size(), options.radius);
+  Scene scene;
+  scene.notes = std::move(file.notes);
+  append_shapes(kind, {file.vertices, file.radii, file.normals}, scene);
+  for (const glm::vec3& color : file.colors) scene.colors.emplace_back().fill(glm::vec4(color, 1));
+  complete_shapes(kind, scene);
+  return scene;
+}
+
 }  // namespace
 
-Scene load_ply(const std::filesystem::path& path, const LoadOptions&) {
+Scene load_ply(const std::filesystem::path& path, const LoadOptions& options) {
   PlyFile file = read_ply(path);
+  if (options.shapes || (!file.has_faces && (!file.radii.empty() || options.radius > 0)))
+    return points_of(file, options);
+  if (!file.has_faces)
+    refuse(
+        "has no faces, only {} points; expected a mesh with an element 'face' or 'tristrips', or points with a "
+        "property 'radius', or a radius for all of them",
+        file.vertices.size());
   Scene scene;
   scene.notes = std::move(file.notes);
   std::vector<glm::vec3> polygon;

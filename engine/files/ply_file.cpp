@@ -118,11 +118,12 @@ float most_of(const PlyType& type) {
 }
 
 void read_vertices(Body& body, const PlyElement& element, PlyFile& file) {
-  constexpr std::array kNames{"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue"};
+  constexpr std::array kNames{"x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "radius"};
   std::array<std::optional<std::size_t>, kNames.size()> wanted;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     wanted[i] = element.find(kNames[i]);
-    if (i >= 6 && !wanted[i]) wanted[i] = element.find(std::string("diffuse_") + kNames[i]);  // of older programs
+    const char* const of_others = i < 9 ? "diffuse_" : "scalar_";  // older programs, and those with fields of points
+    if (i >= 6 && !wanted[i]) wanted[i] = element.find(std::string(of_others) + kNames[i]);
   }
   if (!wanted[0] || !wanted[1] || !wanted[2]) refuse("its vertices have no x, y and z");
   const bool normals = wanted[3] && wanted[4] && wanted[5];
@@ -130,6 +131,7 @@ void read_vertices(Body& body, const PlyElement& element, PlyFile& file) {
   if (normals) file.normals.reserve(element.count);
   const bool colors = wanted[6] && wanted[7] && wanted[8] && !element.properties[*wanted[6]].count;
   const float most = colors ? most_of(*element.properties[*wanted[6]].type) : 1;
+  const bool radii = wanted[9] && !element.properties[*wanted[9]].count;
   for (std::uint64_t v = 0; v < element.count; ++v) {
     std::array<float, kNames.size()> values{};
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
@@ -147,6 +149,7 @@ void read_vertices(Body& body, const PlyElement& element, PlyFile& file) {
         refuse("vertex {} is ({}, {}, {}); expected finite numbers", v, values[0], values[1], values[2]);
     file.vertices.emplace_back(values[0], values[1], values[2]);
     if (normals) file.normals.emplace_back(values[3], values[4], values[5]);
+    if (radii) file.radii.push_back(values[9]);
     if (colors)
       file.colors.emplace_back(linear_of(values[6] / most), linear_of(values[7] / most), linear_of(values[8] / most));
   }
@@ -240,9 +243,9 @@ PlyFile read_ply(const std::filesystem::path& path) {
   const auto count_of = [&](auto is) { return std::ranges::count_if(header.elements, is); };
   auto vertices = count_of([](const PlyElement&e) { return e.name == "vertex"; }), faces = count_of(is_faces);
   if (vertices > 1) refuse("has {} elements 'vertex'; expected one", vertices);
-  const bool mesh = faces > 0;
   Body body(header, {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
   PlyFile file;
+  file.has_faces = faces > 0;
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex") {
       read_vertices(body, element, file);
@@ -258,8 +261,6 @@ PlyFile read_ply(const std::filesystem::path& path) {
     }
     if (vertices + faces == 0) break;  // what follows is not needed
   }
-  if (!mesh)
-    refuse("has no faces, only {} points; expected a mesh with an element 'face' or 'tristrips'", file.vertices.size());
   check_corners(file);
   note_left_out(header, file);
   if (body.left_out())

@@ -124,6 +124,13 @@ void finish_scene(Scene& scene, std::span<const Bounds> of_meshes) {
   if (scene.views.empty()) scene.views.push_back(framing_view(scene.bounds));
 }
 
+void need_triangles(const Scene& scene, std::string_view what) {
+  for (const MeshLabel& label : scene.instances.mesh_labels)
+    if (label.kind != ShapeKind::Triangles)
+      fail(Failure::Arguments, "scene '{}' has {}, but {} takes triangles alone", scene.name, info_of(label.kind).name,
+           what);
+}
+
 const View& find_view(const Scene& scene, std::string_view name) {
   if (const View* view = find_row(scene.views, name)) return *view;
   fail(Failure::Arguments, "scene '{}' has no view '{}'; there are: {}", scene.name, name, names_of(scene.views));

@@ -87,6 +87,9 @@ Bounds bounds_of_vertices(std::span<const Triangle> triangles, std::string_view 
 /// area.
 glm::vec3 geometric_normal(const Triangle& triangle);
 
+/// Throws Error(Arguments), which names `what`, if the scene has shapes other than triangles.
+void need_triangles(const Scene& scene, std::string_view what);
+
 /// Returns the view of this name. Throws Error(Arguments) that lists the names of the views.
 const View& find_view(const Scene& scene, std::string_view name);
 

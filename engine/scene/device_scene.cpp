@@ -211,10 +211,11 @@ UserKernel& DeviceScene::kernel(const UserText& text) {
   const auto found = kernels_.find(&text);
   if (found != kernels_.end() && found->second.first == features_.stored) return found->second.second;
   kernels_.erase(&text);
-  UserTriangles triangles{
-      .defines = {{"BALLOT_HAS_INSTANCES", features_.instances()}, {"BALLOT_STORED", features_.stored}},
-      .bind = [this](Kernel& kernel) { scene_data_->bind(kernel); },
-      .places = [this] { return places_of(scene_.instances); }};
+  UserTriangles triangles{.defines = {{"BALLOT_HAS_INSTANCES", features_.instances()},
+                                      {"BALLOT_STORED", features_.stored},
+                                      {"BALLOT_HAS_SHAPES", features_.tree.shapes != 0}},
+                          .bind = [this](Kernel& kernel) { scene_data_->bind(kernel); },
+                          .places = [this] { return places_of(scene_.instances); }};
   UserKernel made(*gpu_, tracer_->tree(), text, std::move(triangles));
   return kernels_.try_emplace(&text, features_.stored, std::move(made)).first->second.second;
 }

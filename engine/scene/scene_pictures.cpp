@@ -26,6 +26,18 @@ void move_back(std::span<Triangle> triangles, const glm::vec3& by) {
   });
 }
 
+/// Moves the shapes of a mesh, and has their triangles stand in for these.
+void move_shapes_back(Scene& scene, std::size_t mesh, const glm::vec3& by) {
+  const ShapeKind kind = scene.instances.mesh_labels[mesh].kind;
+  const std::size_t first = scene.instances.first[mesh];
+  const std::span shapes = std::span(scene.shapes).subspan(first, scene.instances.triangles_of(mesh));
+  for (Shape& s : shapes) {
+    s.a -= glm::vec4(by, 0);
+    if (info_of(kind).vertices == 2) s.b -= glm::vec4(by, 0);
+  }
+  std::ranges::copy(stand_ins(kind, shapes), scene.triangles.begin() + std::ptrdiff_t(first));
+}
+
 /// Moves the instances of a scene. Meshes that lie in the world move with it, so that instances with the identity keep
 /// that and stay closed where they meet. Other meshes that lie far from the zero of their own space come near it.
 void move_instances_back(Scene& scene, const glm::vec3& by) {
@@ -36,8 +48,10 @@ void move_instances_back(Scene& scene, const glm::vec3& by) {
         bounds_of_vertices(std::span(scene.triangles).subspan(all.first[m], all.triangles_of(m)), scene.name));
   for (const Placement& p : all.placements)
     if (is_identity(p.transform)) of_mesh[p.mesh] = by;
-  for (std::size_t m = 0; m < all.meshes(); ++m)
+  for (std::size_t m = 0; m < all.meshes(); ++m) {
     move_back(std::span(scene.triangles).subspan(all.first[m], all.triangles_of(m)), of_mesh[m]);
+    if (all.mesh_labels[m].kind != ShapeKind::Triangles) move_shapes_back(scene, m, of_mesh[m]);
+  }
   for (Placement& p : all.placements)
     for (int r = 0; r < 3; ++r) {
       float(&row)[4] = p.transform.m[r];

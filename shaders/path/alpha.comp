@@ -36,6 +36,7 @@ float chance_of(Ray ray, uint prim) {
 
 bool passes(Ray ray, Hit hit) {
   AT_TRIANGLE(hit.prim)
+  WEIGHTS_OF_VERTICES(hit)
   float stopped = opacity(material_of(hit.prim), hit);
   return stopped < 1.0 && chance_of(ray, hit.prim) >= stopped;
 }

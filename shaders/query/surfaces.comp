@@ -63,6 +63,7 @@ void main() {
   uint material = NO_HIT;
   if (is_hit) {
     AT_TRIANGLE(record.prim)
+    WEIGHTS_OF_VERTICES(hit)
     material = material_of(record.prim);
   }
 #if WANTS(COLUMN_MATERIALS)

@@ -39,7 +39,7 @@ int run_bench(BenchArgs& args) {
   const bench::RunOptions options = given.options();
   const bench::Plan plan = given.make_plan();
   given.note_files();
-  auto scenes = bench::load_scenes(given.scenes, plan, given.world.load_options());
+  auto scenes = bench::load_scenes(given.scenes, plan, given.world.load_options(), given.run.check);
   given.world.files.check_read();
   const auto save = [&](const bench::Document& document) { given.save(document); };
   return finish_run(given, bench::run(plan, std::move(scenes), options, save));

@@ -141,7 +141,7 @@ RunOptions with_size(RunOptions options, const DeviceInfo& device) {
 }
 
 std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan,
-                                     const LoadOptions& options) {
+                                     const LoadOptions& options, bool checks) {
   std::vector<LoadedScene> scenes;
   std::set<std::string> names;
   for (const std::string& file : files) {
@@ -153,6 +153,7 @@ std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, cons
       fail(Failure::Arguments, "{}: two scenes are called {}; names must differ, so rename one of the files", file,
            loaded.scene.name);
     for (const std::string& note : loaded.scene.notes) say_aside("ballot: {}: {}\n", file, note);
+    if (checks) need_triangles(loaded.scene, "the check of answers");
     chosen_views(loaded.scene, plan);
     scenes.push_back(std::move(loaded));
   }

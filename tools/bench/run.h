@@ -28,9 +28,9 @@ struct LoadedScene {
 };
 
 /// Loads all scenes of a run before the first one is measured. Throws Error(Arguments) if two scenes have the same name
-/// or a view of the plan is missing, and as load_scene does.
+/// or a view of the plan is missing, if an oracle `checks` answers of a scene with shapes, and as load_scene does.
 std::vector<LoadedScene> load_scenes(const std::vector<std::string>& files, const Plan& plan,
-                                     const LoadOptions& options);
+                                     const LoadOptions& options, bool checks);
 
 struct RunResult {
   Document document;

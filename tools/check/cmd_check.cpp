@@ -76,6 +76,7 @@ int run_check(CheckArgs& args) {
   const Scene scene = load_scene(args.scene, {.allow_outside = args.allow_outside, .instances = InstancePolicy::Copy});
   files.check_read();
   for (const std::string& note : scene.notes) say_aside("ballot: {}: {}\n", args.scene, note);
+  need_triangles(scene, "the check of edges");
   const MeshFaults faults = faults_of(args, scene.triangles);
   const Topology& t = faults.topology;
   print_faults(args, faults);

@@ -17,11 +17,11 @@ struct InfoArgs {
 };
 
 void print_scene(const Scene& s, const SceneFeatures& f, double load_s) {
-  say("\nscene {}: {} triangles, {} materials, {} views, loaded in {:.3f} s\n", s.name, triangle_count(s),
-      s.materials.size(), s.views.size(), load_s);
+  say("\nscene {}: {}, {} materials, {} views, loaded in {:.3f} s\n", s.name, pieces_text(s), s.materials.size(),
+      s.views.size(), load_s);
   if (s.instanced())
-    say("  {} instances of {} meshes, which are kept once: {} triangles\n", s.instances.placements.size(),
-        s.instances.meshes(), s.triangles.size());
+    say("  {} instances of {} meshes, which are kept once: {} {}\n", s.instances.placements.size(),
+        s.instances.meshes(), s.triangles.size(), s.shapes.empty() ? "triangles" : "triangles or shapes");
   say("  bounds ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g})\n", s.bounds.lo.x, s.bounds.lo.y, s.bounds.lo.z,
       s.bounds.hi.x, s.bounds.hi.y, s.bounds.hi.z);
   if (s.origin != glm::dvec3(0))
@@ -151,6 +151,7 @@ int run_info(InfoArgs& args) {
     json["auto"] = print_auto(opened.world->tracer(), args.numeric);
     json.update(print_features(*opened.world));
     if (!args.triangles.empty()) {
+      need_triangles(opened.world->scene(), "--triangles");
       const UnsetVector<Triangle> all = world_triangles(opened.world->scene());
       write_triangles(args.triangles, all);
       say("\nwrote {} triangles to {}\n", all.size(), args.triangles);

@@ -25,6 +25,16 @@ constexpr NamedFeature kMayHave[] = {
     {&SceneFeatures::sky, "sky"},
 };
 
+/// Returns the names of what a scene holds beside triangles and plain materials.
+std::vector<std::string_view> held_by(const SceneFeatures& features) {
+  std::vector<std::string_view> held;
+  for (const ShapeInfo& s : kShapes)
+    if (s.kind != ShapeKind::Triangles && (features.tree.shapes >> std::uint32_t(s.kind) & 1)) held.push_back(s.name);
+  for (const NamedFeature& f : kMayHave)
+    if (features.*f.has) held.push_back(f.words);
+  return held;
+}
+
 /// A shading or an integrator, and the kernels that it runs.
 struct Picture {
   std::string_view name;
@@ -81,10 +91,8 @@ nlohmann::json print_traversal(const DeviceScene& world) {
 }  // namespace
 
 std::string feature_words(const SceneFeatures& features) {
-  std::string words;
-  for (const NamedFeature& f : kMayHave)
-    if (features.*f.has) words += fmt::format("{}{}", words.empty() ? "" : ", ", f.words);
-  return words.empty() ? "nothing beyond plain triangles" : words;
+  const std::vector<std::string_view> held = held_by(features);
+  return held.empty() ? "nothing beyond plain triangles" : fmt::format("{}", fmt::join(held, ", "));
 }
 
 std::string camera_words(const SceneFeatures& features) {
@@ -93,9 +101,7 @@ std::string camera_words(const SceneFeatures& features) {
 }
 
 nlohmann::json features_json(const SceneFeatures& features) {
-  nlohmann::json holds = nlohmann::json::array(), cameras = nlohmann::json::array();
-  for (const NamedFeature& f : kMayHave)
-    if (features.*f.has) holds.push_back(f.words);
+  nlohmann::json holds = held_by(features), cameras = nlohmann::json::array();
   if (features.perspective) cameras.push_back("perspective");
   if (features.orthographic) cameras.push_back("orthographic");
   return {{"holds", holds},

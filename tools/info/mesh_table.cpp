@@ -31,6 +31,13 @@ void print_table(const bench::Table& table, std::size_t rows, const char* what) 
   if (rows > kShownRows) say("... and {} more {}; --json lists all\n", rows - kShownRows, what);
 }
 
+/// Returns the number of a mesh's triangles, or of its shapes with what they are.
+std::string pieces_of(const SceneInstances& all, std::size_t mesh) {
+  const ShapeInfo& info = info_of(all.mesh_labels[mesh].kind);
+  const std::size_t count = all.triangles_of(mesh);
+  return info.kind == ShapeKind::Triangles ? std::to_string(count) : fmt::format("{} {}", count, info.name);
+}
+
 void print_mesh_table(const Scene& scene) {
   const SceneInstances& all = scene.instances;
   say("\n{} meshes{}:\n", all.meshes(), scene.instanced() ? "" : ", each placed once, where it lies");
@@ -42,8 +49,7 @@ void print_mesh_table(const Scene& scene) {
                one   ? short_name(scene.materials[label.material].name)
                : any ? "(several)"
                      : "(none)",
-               std::to_string(label.id), std::to_string(all.triangles_of(m)),
-               any ? bounds_text(bounds_of_mesh(scene, m)) : "(none)"});
+               std::to_string(label.id), pieces_of(all, m), any ? bounds_text(bounds_of_mesh(scene, m)) : "(none)"});
   }
   print_table(table, all.meshes(), "meshes");
 }
@@ -74,6 +80,7 @@ nlohmann::json meshes_json(const Scene& scene) {
                       {"id", label.id},
                       {"first", all.first[m]},
                       {"triangles", all.triangles_of(m)},
+                      {"shapes", info_of(label.kind).name},
                       {"material", nullptr},
                       {"bounds", bounds_json(boxes.back())}});
     if (label.material != kSeveralMaterials) meshes.back()["material"] = label.material;

@@ -113,6 +113,8 @@ void need_closed(DeviceScene& world, const PointArgs& args) {
   if (args.rows.query().assume_closed) return;
   const Topology& t = world.topology();
   const std::string& scene = args.world.scene;
+  if (!args.by_sides() && (world.features().tree.shapes >> SHAPE_DISC & 1))
+    fail(Failure::Arguments, "{}: the scene has discs, which have no inside; --assume-closed leaves them out", scene);
   if (args.by_sides() && !t.consistently_wound())
     fail(Failure::Arguments,
          "{}: triangles are wound against each other: at {} of the {} edges both run in the same direction; `ballot "

@@ -39,6 +39,7 @@ void SceneArgs::add_options(CLI::App& app) {
   for (const InstancePolicyInfo& i : kInstancePolicies) policies += fmt::format("\n  {:<12} {}", i.name, i.summary);
   app.add_option("--instances", instances,
                  fmt::format("meshes that a glTF file uses several times [{}]{}", kDefaultInstances, policies));
+  add_shape_options(app);
   app.add_option(
       "--split-budget", split_budget,
       "BVH build 'best': extra triangle references that spatial splits may add, as a share of the triangles,\n"
@@ -48,6 +49,17 @@ void SceneArgs::add_options(CLI::App& app) {
   app.add_option("--json", json, "also write the results to this JSON file; '-': standard output, and text elsewhere");
   add_allow_outside(app, allow_outside);
   add_memory(app);
+}
+
+void SceneArgs::add_shape_options(CLI::App& app) {
+  std::string kinds;
+  for (const ShapeInfo& s : kShapes)
+    if (s.kind != ShapeKind::Triangles) kinds += fmt::format("\n  {:<12} {}", s.name, s.summary);
+  app.add_option(
+      "--shapes", shapes,
+      fmt::format("what points of PLY and rows of .npy are, where the file does not tell or has faces{}", kinds));
+  app.add_option("--radius", radius,
+                 "radius of points and lines of PLY, .npy and glTF that have none, in the units of the scene");
 }
 
 void SceneArgs::note_files() {
@@ -83,8 +95,11 @@ DeviceSceneOptions SceneArgs::options() const {
 }
 
 LoadOptions SceneArgs::load_options() const {
-  return {.allow_outside = allow_outside,
-          .instances = find_named(kInstancePolicies, instances, "policy of --instances").id};
+  LoadOptions options{.allow_outside = allow_outside,
+                      .instances = find_named(kInstancePolicies, instances, "policy of --instances").id,
+                      .radius = radius};
+  if (!shapes.empty()) options.shapes = find_named(kShapes, shapes, "kind of --shapes").kind;
+  return options;
 }
 
 std::string knob_list() {

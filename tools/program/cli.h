@@ -11,6 +11,7 @@
 
 #include "engine/scene/device_scene.h"
 #include "tools/program/command_files.h"
+#include "tools/program/pieces.h"
 
 namespace ballot::cli {
 
@@ -24,14 +25,16 @@ struct SceneArgs {
   bool validate = false, no_cache = false, allow_outside = false;
   float split_budget = BuildSettings{}.split_budget;
   std::uint32_t max_leaf = BuildSettings{}.max_leaf;
-  std::string build{kDefaultBuilder}, instances{kDefaultInstances};
+  std::string build{kDefaultBuilder}, instances{kDefaultInstances}, shapes;
+  float radius = 0;  // of points and lines
   std::string json;
   CommandFiles files;  // that the command reads and writes
 
   void add_to(CLI::App& app, bool scene_required);
-  void add_options(CLI::App& app);  // all options except the scene
+  void add_options(CLI::App& app);        // all options except the scene
+  void add_shape_options(CLI::App& app);  // of these
   DeviceSceneOptions options() const;
-  LoadOptions load_options() const;  // throws Error(Arguments) for an unknown --instances
+  LoadOptions load_options() const;  // throws Error(Arguments) for an unknown --instances or --shapes
   /// Notes the scene as an input and --json as an output. Each command calls it before it prints or works: "--json -"
   /// claims standard output. Throws as CommandFiles does.
   void note_files();

@@ -286,7 +286,7 @@ int run_render(RenderArgs& args) {
   prepare(args, plan, files);
   Query query = options.query;
   query.rays = kPrimaryRays;
-  say("{}: {} triangles on {}\n", world.scene().name, world.triangle_count(), world.device().name);
+  say("{}: {} on {}\n", world.scene().name, pieces_text(world.scene_facts()), world.device().name);
   if (args.verbose)
     say("  {}, subgroup {}; load {:.3f} s, device {:.3f} s, BVH {:.3f} s{}\n", world.device().driver,
         world.tracer().variant(query).config.subgroup, opened.load_s, opened.device_s, world.start_times().bvh_s,

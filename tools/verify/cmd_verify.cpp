@@ -84,7 +84,7 @@ Found measure(VerifyArgs& args) {
   if (!given.scenes.empty()) scene_plan = given.make_plan();
   if (args.hard) hard = hard_plan(args);
   given.note_files();
-  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.world.load_options())
+  auto scenes = scene_plan ? bench::load_scenes(given.scenes, *scene_plan, given.world.load_options(), true)
                            : std::vector<bench::LoadedScene>();
   Found found;
   const auto save = [&](const bench::Document& document) { given.save(document); };

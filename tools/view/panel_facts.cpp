@@ -140,7 +140,7 @@ void draw_inspector(const Facts& facts, Wishes& wishes) {
   if (picked) {
     for (const HeatKind& kind : kHeatKinds)
       if (i.probe.counted) row(std::string(kind.name).c_str(), fmt::format("{:.4g}", kind.value(i.probe.stats)));
-    draw_exact(i);
+    if (i.judged) draw_exact(i);
     wishes.forget_pick = ImGui::SmallButton("close");
   } else {
     faint("click for counters and the exact answer");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tools/program/pieces.h"
+
 namespace ballot::view {
 
 namespace {
@@ -71,7 +73,7 @@ void draw_main(Settings& s, const Facts& facts, Wishes& wishes) {
   ImGui::Begin("main", nullptr, kFixed);
   const DeviceInfo& device = facts.world->device();
   text(facts.world->scene_facts().name + "   " + facts.view_name);
-  faint(fmt::format("{} triangles, subgroup of {}", facts.world->triangle_count(), device.subgroup_size));
+  faint(fmt::format("{}, subgroup of {}", cli::pieces_text(facts.world->scene_facts()), device.subgroup_size));
   wrapped(device.name, faint);
   if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", device.driver.c_str());
   ImGui::PushItemWidth(-7.5f * em());

@@ -69,6 +69,7 @@ class Session {
   void take_click();
   void hover();
   void pick(const glm::dvec2& mouse);
+  void judge(Inspection& i, const Query& query);  // by the exact oracle
   void count();
   std::optional<glm::uvec2> pixel_at(const glm::dvec2& mouse) const;
 

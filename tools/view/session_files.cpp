@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "tools/program/pieces.h"
 #include "tools/program/views_file.h"
 #include "tools/view/session.h"
 
@@ -73,7 +74,7 @@ void Session::open(Scene scene) {
   dirty_ = true;
   shaders_of_ = newest_in(shaders_);
   load_views();
-  say(fmt::format("{}: {} triangles on {} ({})", name, world_->triangle_count(), world_->device().name,
+  say(fmt::format("{}: {} on {} ({})", name, cli::pieces_text(world_->scene_facts()), world_->device().name,
                   world_->device().driver));
 }
 

@@ -140,6 +140,19 @@ void Session::hover() {
   facts_.hovered->probe = probe;
 }
 
+void Session::judge(Inspection& i, const Query& query) {
+  const auto batch = world_->make_batch("pixel", std::span(&i.probe.ray, 1), Want::Nearest);
+  const ExactTruth truth = world_->checker().exact_truth(*batch);
+  const ErrorFigures figures =
+      world_->checker().judge(std::span(&i.probe.ray, 1), std::span(&i.probe.hit, 1), truth, query, 1);
+  i.exact = truth.hits[0];
+  i.agrees = figures.errors() == 0;
+  i.t_ulp = figures.t_ulp.max;
+  if (figures.cases.empty()) return;
+  const ErrorCase& c = figures.cases[0];
+  i.reason = fmt::format("{}: {}{}", name_of(c.kind), c.reason, c.within_bound ? " (within the mode's bound)" : "");
+}
+
 void Session::pick(const glm::dvec2& mouse) {
   const auto pixel = pixel_at(mouse);
   if (!pixel) return;
@@ -148,19 +161,11 @@ void Session::pick(const glm::dvec2& mouse) {
   i.pixel = *pixel;
   i.picked = true;
   i.probe = world_->live().probe(camera_->view(), o, pixel->x, pixel->y, true);
-  const auto batch = world_->make_batch("pixel", std::span(&i.probe.ray, 1), Want::Nearest);
-  const ExactTruth truth = world_->checker().exact_truth(*batch);
-  const ErrorFigures figures =
-      world_->checker().judge(std::span(&i.probe.ray, 1), std::span(&i.probe.hit, 1), truth, o.query, 1);
-  i.exact = truth.hits[0];
-  i.agrees = figures.errors() == 0;
-  i.t_ulp = figures.t_ulp.max;
-  if (!figures.cases.empty()) {
-    const ErrorCase& c = figures.cases[0];
-    i.reason = fmt::format("{}: {}{}", name_of(c.kind), c.reason, c.within_bound ? " (within the mode's bound)" : "");
-  }
+  i.judged = world_->features().tree.shapes == 0;
+  if (i.judged) judge(i, o.query);
   facts_.picked = i;
-  say(fmt::format("pixel {}, {}: prim {}, exact {}", pixel->x, pixel->y, i.probe.hit.prim, i.exact.prim));
+  say(fmt::format("pixel {}, {}: prim {}{}", pixel->x, pixel->y, i.probe.hit.prim,
+                  i.judged ? fmt::format(", exact {}", i.exact.prim) : ""));
 }
 
 void Session::count() {

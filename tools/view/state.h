@@ -65,7 +65,8 @@ inline constexpr FramePass kFramePasses[] = {
 struct Inspection {
   glm::uvec2 pixel{0};
   Probe probe;
-  bool picked = false;  // then probe has counters, and the members below hold the exact oracle's answer
+  bool picked = false;  // then probe has counters
+  bool judged = false;  // the members below hold the exact oracle's answer, which knows triangles alone
   ExactHit exact;
   bool agrees = true;
   double t_ulp = 0;    // |t - exact t| in ulps of float32, if both hit the same triangle

@@ -192,7 +192,6 @@ std::unique_ptr<RayBatch> Batches::make(const View& view, const RayKind& kind, s
   make_primaries(*batch, view, width, height);
   generate_primaries(*batch);
   if (!frame.from_camera) {
-    scene_.need_triangles("rays that start on surfaces");
     make_starts(frame);
     plan(*batch, kind, options);
     const glm::vec3 light = point_light(tracer_, scene_.scene(), view);

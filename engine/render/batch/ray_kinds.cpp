@@ -10,12 +10,13 @@ namespace ballot {
 const RayKind& find_ray_kind(std::string_view name) { return find_named(kRayKinds, name, "ray kind"); }
 
 KernelSource generator_source(std::string_view generator, const OffsetPolicy& offset, const SceneFeatures& features) {
-  return {.name = fmt::format("rays.{}.{}{}{}", generator, offset.name, features.instances() ? "+instances" : "",
-                              features.stored ? "+stored" : ""),
+  return {.name = fmt::format("rays.{}.{}{}{}{}", generator, offset.name, features.instances() ? "+instances" : "",
+                              features.stored ? "+stored" : "", features.tree.shapes ? "+shapes" : ""),
           .file = fmt::format("rays/{}.comp", generator),
           .defines = {{"BALLOT_ORIGIN", offset.value},
                       {"BALLOT_HAS_INSTANCES", features.instances()},
-                      {"BALLOT_STORED", features.stored}}};
+                      {"BALLOT_STORED", features.stored},
+                      {"BALLOT_HAS_SHAPES", features.tree.shapes != 0}}};
 }
 
 void check_options(const RayKindOptions& o) {

@@ -41,10 +41,14 @@ float luminance(const glm::vec3& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0
 EmitterTable emitter_table(const Scene& scene, std::span<const float> emitted) {
   EmitterTable table;
   double sum = 0;
+  const auto is_shape = [](const Scene& s, std::size_t placement) {
+    return s.instanced() &&
+           s.instances.mesh_labels[s.instances.placements[placement].mesh].kind != ShapeKind::Triangles;
+  };
   const auto emits = [&](std::uint32_t material) { return emitted[material] > 0; };
   if (scene.material_of.empty() ? !emits(0) : std::ranges::none_of(scene.material_of, emits)) return table;
   for_each_triangle(scene, [&](std::size_t placement, std::size_t i, std::uint32_t prim) {
-    if (!emits(scene.material(i))) return;
+    if (!emits(scene.material(i)) || is_shape(scene, placement)) return;
     const Triangle t = scene.instanced() ? moved(scene.triangles[i], scene.instances.placements[placement].transform)
                                          : scene.triangles[i];
     const glm::dvec3 a(t[0]);

@@ -39,7 +39,8 @@ std::vector<glm::uvec4> instance_texels(const Scene& scene) {
     const Placement& p = all.placements[i];
     const std::uint32_t first = all.prims[i];
     const auto spread = std::bit_cast<std::uint32_t>(std::nextafter(float(spread_of(p.transform)), INFINITY));
-    texels.push_back({first, std::uint32_t(all.first[p.mesh]) - first, spread, 0});
+    const bool shapes = all.kinds[p.mesh] != ShapeKind::Triangles;
+    texels.push_back({first, std::uint32_t(all.first[p.mesh]) - first, spread, shapes});
     for (const auto& row : p.transform.m) texels.push_back(std::bit_cast<glm::uvec4>(row));
   }
   return texels;
@@ -139,15 +140,6 @@ void SceneData::follow_lights() {
   if (lights_) lights_->upload(gpu_lights(scene_));
 }
 
-void SceneData::need_triangles(const char* what) const {
-  if (features_.tree.shapes)
-    fail(
-        Failure::Arguments,
-        "scene '{}' has shapes other than triangles (spheres and the like), which {} does not take; expected triangles "
-        "alone",
-        scene_.name, what);
-}
-
 // Kernels compiled for every feature read zeros where the scene has no data, and white vertices. They then use the
 // geometric normal and the texture coordinates (0, 0).
 void SceneData::bind(Kernel& kernel) {
@@ -185,6 +177,7 @@ struct Asked {
 std::vector<Asked> asked_of(const SceneFeatures& f, bool materials) {
   return {{"BALLOT_HAS_INSTANCES", "instances", f.instances()},
           {"BALLOT_STORED", "stored", f.stored},
+          {"BALLOT_HAS_SHAPES", "shapes", f.tree.shapes != 0},
           {"BALLOT_HAS_NORMALS", "normals", f.shading_normals},
           {"BALLOT_HAS_GLOSS", "gloss", materials && f.glossy},
           {"BALLOT_HAS_GLASS", "glass", materials && f.refracts},
@@ -217,7 +210,7 @@ SceneFeatures alpha_features(const SceneFeatures& features) {
   return {.vertex_colors = features.vertex_colors,
           .base_texture = features.base_texture,
           .stored = features.stored,
-          .tree = {.top_depth = features.tree.top_depth}};
+          .tree = {.top_depth = features.tree.top_depth, .shapes = features.tree.shapes}};
 }
 
 KernelSource shading_source(std::string_view shading, const SceneFeatures& features) {

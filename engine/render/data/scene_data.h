@@ -37,8 +37,6 @@ class SceneData {
 
   const Scene& scene() const { return scene_; }
   const SceneFeatures& features() const { return features_; }
-  /// Throws Error(Arguments), which names `what`, if the scene has shapes other than triangles.
-  void need_triangles(const char* what) const;
   /// Returns the table of emissive triangles; made on first use.
   const EmitterTable& emitters();
   /// Returns the bytes on the device so far.

@@ -38,7 +38,6 @@ Renderer::~Renderer() = default;
 
 Film Renderer::start(const RenderOptions& options) const {
   check_options(options);
-  scene_.need_triangles("a picture");
   const bool waves = find_integrator(options.shading) != nullptr;
   const bool stats = !waves && (options.stats || find_shading(options.shading).heat);
   return make_film(options.width, options.height, options.window(), options.shard, waves && options.wants("variance"),
@@ -128,6 +127,7 @@ void Renderer::advance(Film& film, const View& view, const RenderOptions& option
   camera.sample_count = options.spp;
   SceneFeatures features = options.every_feature ? SceneFeatures::every() : through(scene_.features(), view);
   features.tree.top_depth = scene_.features().tree.top_depth;
+  features.tree.shapes = scene_.features().tree.shapes;
   features.stored = scene_.features().stored;
   const std::uint32_t chunk = std::uint32_t(std::min<std::size_t>(total, tracer_.chunk_rays()));
   if (!integrator) passes(options, features, chunk, samples);

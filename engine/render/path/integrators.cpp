@@ -17,7 +17,7 @@ SceneFeatures seen_by(const Integrator& integrator, const SceneFeatures& feature
   if (integrator.sees == Sees::Materials) return features;
   return {.shading_normals = features.shading_normals,
           .stored = features.stored,
-          .tree = {.top_depth = features.tree.top_depth}};
+          .tree = {.top_depth = features.tree.top_depth, .shapes = features.tree.shapes}};
 }
 
 }  // namespace

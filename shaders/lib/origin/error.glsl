@@ -16,6 +16,19 @@ float instance_error(Surface s, float extent) {
 }
 #endif
 
+#if BALLOT_HAS_SHAPES
+// Returns a bound of the distance between the point of a shape's hit and the surface, and beyond it of what the next
+// test may move the surface by. E is the shape's extent along an axis, M that and the way to the hit. By
+// lib/shape/shapes.glsl the test moves a shape by 8 w M along each axis, which is 14 w M along any vector, and its size
+// by 4 w E, and t moves the point by 26 w M. The next test, from nearby, moves the shape by 14 w E and its size by
+// 4 w E. The point o + t d is rounded by 4 w (|o| + |t d|). The spread of an instance stretches all.
+float shape_error(Surface s) {
+  vec3 extent = max(max(s.v0, s.v1), s.v2) - min(min(s.v0, s.v1), s.v2);
+  precise float error = 72.0 * s.spread * W * (largest(extent) + largest(s.sum));
+  return error;
+}
+#endif
+
 // Returns a bound of the distance along the normal between the computed point and the plane of its triangle.
 //
 // After: Matt Pharr, Wenzel Jakob, Greg Humphreys. Physically Based Rendering, section 6.8. gamma_n = n w / (1 - n w)
@@ -28,6 +41,9 @@ float instance_error(Surface s, float extent) {
 // they add up to 1 whatever they are, so p still lies in the plane. The bound holds for triangles whose height is well
 // above w times their extent and their coordinates; the normal of a thinner triangle is itself rounding error.
 float position_error(Surface s) {
+#if BALLOT_HAS_SHAPES
+  if (s.shape) return shape_error(s);
+#endif
   precise vec3 error = W * (10.0 * s.sum + 2.0 * abs(s.v0));
 #if BALLOT_HAS_INSTANCES
   vec3 extent = max(max(s.v0, s.v1), s.v2) - min(min(s.v0, s.v1), s.v2);

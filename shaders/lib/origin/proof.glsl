@@ -50,6 +50,9 @@
 
 // Returns the offset for unit normal m on the origin's side and for a ray whose cosine to m is given.
 float proved_offset(Surface s, vec3 m, float cosine) {
+#if BALLOT_HAS_SHAPES
+  if (s.shape) return 1.5 * shape_error(s);  // a ray that leans towards a flat shape sinks by 32 w of its extent
+#endif
   precise vec3 a = s.v0 - s.position, b = s.v1 - s.position, c = s.v2 - s.position;
   float extent = max(largest(a), max(largest(b), largest(c)));
   float above = max(max(exact_dot(m, a), max(exact_dot(m, b), exact_dot(m, c))), 0.0);

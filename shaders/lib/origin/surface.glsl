@@ -26,6 +26,9 @@ struct Surface {
   vec3 shift;         // translation of the instance
   float spread;       // its spread (lib/shade/triangles.glsl)
 #endif
+#if BALLOT_HAS_SHAPES
+  bool shape;         // it is on a shape, whose bounds v0, v1, v2 have; sum is |origin of the ray| + |way along it|
+#endif
 };
 
 // Returns the axis of the smallest component of v.
@@ -65,12 +68,23 @@ Surface surface_at(Hit hit) {
   s.shift = vec3(placed.x.w, placed.y.w, placed.z.w);
   s.spread = placed.spread;
 #endif
+#if BALLOT_HAS_SHAPES
+  s.shape = placed.shapes;
+#endif
   return s;
 }
 
 Surface surface_of(Ray ray, Hit hit) {
   Surface s = surface_at(hit);
   s.dir = exact_unit(ray.dir);
+#if BALLOT_HAS_SHAPES
+  if (s.shape) {
+    precise vec3 way = ray.dir * hit.t, sum = abs(ray.origin) + abs(way), position = ray.origin + way;
+    s.sum = sum;
+    s.position = position;
+    s.normal = exact_unit(normal_of_shape(hit));
+  }
+#endif
   s.front = !(exact_dot(s.normal, s.dir) > 0.0);
   if (!s.front) s.normal = -s.normal;
   return s;

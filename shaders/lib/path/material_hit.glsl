@@ -16,6 +16,9 @@ void scatter(inout Path path, PixelSample sampled, Surface s, Look look, Carried
 #endif
 #if BALLOT_HAS_EMISSION
   float aimed = c.pdf > 0.0 ? emission_density(look.m.emitted, distance, dot(s.normal, s.dir)) : 0.0;
+#if BALLOT_HAS_SHAPES
+  if (s.shape) aimed = 0.0;  // light sampling finds triangles alone
+#endif
   path.radiance += c.throughput * look.m.emissive * weigh(c.pdf, aimed);
 #endif
   Bsdf b = bsdf_of(look, s.dir, s.normal, s.front);
@@ -31,6 +34,7 @@ void scatter(inout Path path, PixelSample sampled, Surface s, Look look, Carried
 
 void shade_hit(inout Path path, PixelSample sampled, Ray ray, Hit hit, Carried c, inout Started started) {
   Surface s = surface_of(ray, hit);
+  WEIGHTS_OF_VERTICES(hit)
   float distance = hit.t * length(ray.dir), width = c.width + c.spread * distance;
   Look look = look_at(hit, material_of(hit.prim), s.v0, s.v1, s.v2, s.normal, s.front, s.dir, width);
   vec3 n = look.normal;

@@ -11,6 +11,12 @@
 #if BALLOT_ALPHA
   if (crossed) {
     AT_TRIANGLE(hit.prim)
+#if BALLOT_HAS_SHAPES
+    Hit seen = hit;
+    WEIGHTS_OF_VERTICES(seen)
+    crossed = opacity(material_of(hit.prim), seen) > 0.0;
+#else
     crossed = opacity(material_of(hit.prim), hit) > 0.0;
+#endif
   }
 #endif

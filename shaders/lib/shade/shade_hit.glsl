@@ -26,6 +26,14 @@ FilmPixel shade_hit(Ray ray, Hit hit, float cone_width, float cone_spread) {
     vec3 v0 = vertex(hit.prim, 0u), v1 = vertex(hit.prim, 1u), v2 = vertex(hit.prim, 2u), dir = normalize(ray.dir);
     bool front;
     vec3 n = face_normal(v0, v1, v2, dir, front);
+#if BALLOT_HAS_SHAPES
+    if (placed.shapes) {
+      n = normalize(normal_of_shape(hit));
+      front = dot(n, dir) <= 0.0;
+      n = front ? n : -n;
+    }
+#endif
+    WEIGHTS_OF_VERTICES(hit)
 #if BALLOT_SHADING == SHADING_NORMALS
     n = smooth_normal(hit, n);
     p.color = n * 0.5 + 0.5;

@@ -108,6 +108,9 @@ vec3 bumped(uint material, Hit hit, vec3 v0, vec3 v1, vec3 v2, vec3 n, bool fron
 // normal may still face away from the ray.
 vec3 smooth_normal(Hit hit, vec3 n) {
 #if BALLOT_HAS_NORMALS
+#if BALLOT_HAS_SHAPES
+  if (placed.shapes) return n;
+#endif
   vec3 n0 = moved_normal(uintBitsToFloat(SCENE_TEXEL(normals, PLACE_OF(hit.prim) * 3u).xyz));
   vec3 n1 = moved_normal(uintBitsToFloat(SCENE_TEXEL(normals, PLACE_OF(hit.prim) * 3u + 1u).xyz));
   vec3 n2 = moved_normal(uintBitsToFloat(SCENE_TEXEL(normals, PLACE_OF(hit.prim) * 3u + 2u).xyz));

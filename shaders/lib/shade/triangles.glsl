@@ -7,6 +7,12 @@
 #error a variant must give BALLOT_HAS_INSTANCES (engine/render/data/scene_data.h)
 #endif
 
+// BALLOT_HAS_SHAPES: 1 if some instances have shapes other than triangles (lib/shade/shape_hit.glsl). The triangles of
+// these stand in for shapes: they have their bounds.
+#ifndef BALLOT_HAS_SHAPES
+#error a variant must give BALLOT_HAS_SHAPES (engine/render/data/scene_data.h)
+#endif
+
 // The arrays of a scene that have texels for every triangle. BALLOT_STORED: 1 for a scene with more triangles than a
 // texel buffer can hold; the arrays are then storage buffers.
 #ifndef BALLOT_STORED
@@ -25,7 +31,8 @@ SCENE_ARRAY(triangles, BIND_TRIANGLES)
 
 #if BALLOT_HAS_INSTANCES
 // The first PLACED_TEXELS texels begin with the number of instances. Then come for each (number of its first triangle,
-// what to add to a triangle's number for its place in BIND_TRIANGLES, spread, 0) and the three rows of its matrix.
+// what to add to a triangle's number for its place in BIND_TRIANGLES, spread, 1 if it has shapes) and the three rows of
+// its matrix.
 layout(set = 0, binding = BIND_INSTANCES) uniform usamplerBuffer instances;
 
 // The instance of the triangle at hand.
@@ -33,6 +40,9 @@ struct Placed {
   vec4 x, y, z;  // rows of the matrix; the last column is the translation
   uint shift;    // from the number of a hit to the triangle's place in the arrays of the scene
   float spread;  // engine/model/instances.h, rounded up
+#if BALLOT_HAS_SHAPES
+  bool shapes;
+#endif
 };
 Placed placed;
 
@@ -51,6 +61,9 @@ void at_triangle(uint prim) {
   uvec4 numbers = texelFetch(instances, at);
   placed.shift = numbers.y;
   placed.spread = uintBitsToFloat(numbers.z);
+#if BALLOT_HAS_SHAPES
+  placed.shapes = numbers.w != 0u;
+#endif
   placed.x = uintBitsToFloat(texelFetch(instances, at + 1));
   placed.y = uintBitsToFloat(texelFetch(instances, at + 2));
   placed.z = uintBitsToFloat(texelFetch(instances, at + 3));
@@ -81,4 +94,10 @@ vec3 moved_normal(vec3 n) {
 #define PLACE_OF(prim) prim
 vec3 vertex(uint prim, uint corner) { return uintBitsToFloat(SCENE_TEXEL(triangles, prim * 3u + corner).xyz); }
 #define moved_normal(n) n
+#endif
+
+#if BALLOT_HAS_SHAPES
+#include "shape_hit.glsl"
+#else
+#define WEIGHTS_OF_VERTICES(hit)
 #endif

@@ -1,6 +1,8 @@
 """Shapes other than triangles stand where a mesh is asked for."""
 
+import os
 import pickle
+import tempfile
 import unittest
 
 import numpy as np
@@ -74,6 +76,35 @@ class ShapesTest(unittest.TestCase):
         self.assertEqual(signs["inside"].tolist(), [False, True, True, False])
         np.testing.assert_allclose(signs["signed_distances"], [2, -0.75, -0.5, 2], rtol=1e-6)
 
+    def test_files_of_shapes(self):
+        rng = np.random.default_rng(1)
+        centers = rng.uniform(-1, 1, (200, 3)).astype(np.float32)
+        rays = np.concatenate([np.full((500, 3), [0, 0, 5]), rng.normal([0, 0, -1], 0.1, (500, 3))], 1)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "cloud.npy")
+            np.save(path, centers)
+            scene = ballot.load_scene(path, radius=0.125, cache=False)
+            self.assertEqual([m.shapes for m in scene.meshes], ["spheres"])
+            made = ballot.Scene(ballot.spheres(centers, 0.125))
+            np.testing.assert_array_equal(scene.trace(rays), made.trace(rays))
+            scene.set_vertices(0, centers + np.float32(0.25))
+            scene.commit()
+            made.set_vertices(0, centers + np.float32(0.25))
+            made.commit()
+            np.testing.assert_array_equal(scene.trace(rays), made.trace(rays))
+            np.save(path, np.concatenate([centers, centers, centers[:, :1] * 0 + 1], 1))
+            with self.assertRaisesRegex(ballot.Error, "say which"):
+                ballot.load_scene(path)
+            discs = ballot.load_scene(path, shapes="discs", cache=False)
+            self.assertEqual(discs.meshes[0].shapes, "discs")
+            with self.assertRaisesRegex(ValueError, "cubes"):
+                ballot.load_scene(path, shapes="cubes")
+
+    def test_pictures_of_shapes(self):
+        scene = ballot.Scene(ballot.spheres([[0, 0, 0]], 1))
+        image = np.asarray(ballot.render(scene, width=32, height=32, shading="ao"))
+        self.assertGreater((image[..., 0] == 1).sum(), 100)
+
     def test_bad_shapes(self):
         for bad, text in (
             (lambda: ballot.spheres([[0, 0, 0]], -1), "radius 0 is -1"),
@@ -94,8 +125,6 @@ class ShapesTest(unittest.TestCase):
         for numeric in ("exact", "fast"):
             with self.assertRaisesRegex(ValueError, "shapes"):
                 scene.trace([[0, 0, 5, 0, 0, -1]], numeric=numeric)
-        with self.assertRaisesRegex(ValueError, "picture"):
-            ballot.render(scene, width=8, height=8)
         with self.assertRaisesRegex(ValueError, "discs"):
             ballot.Scene(ballot.discs([[0, 0, 0]], [[0, 0, 1]], 1)).nearest([[0, 0, 0]], ("inside",))
 
