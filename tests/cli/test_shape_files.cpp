@@ -34,9 +34,9 @@ TEST_F(ShapeFiles, AreTracedMeasuredAndDrawn) {
   EXPECT_EQ(hits[0].t, 4);
   EXPECT_EQ(hits[1].prim, 1u);
   EXPECT_EQ(hits[2].prim, NO_HIT);
-  succeed({"distance", "balls.npy", "--points", "points.npy", "--signed", "--out", "distances.npy"});
+  succeed({"distance", "balls.npy", "--points", "points.npy", "--out", "distances.npy"});
   const std::string distances = read("distances.npy");
-  EXPECT_EQ(distances.substr(distances.size() - 8), bytes({2, -0.25f}));
+  EXPECT_EQ(distances.substr(distances.size() - 8), bytes({2, 0.25f}));
   succeed({"render", "balls.npy", "--size", "32x32", "--shading", "ao", "--spp", "1", "--out", "balls.exr"});
   array("discs.npy", {0, 0, 0, 0, 0, 1, 1}, 7);
   refuse(1, {"discs.npy", "say which of these"}, {"info", "discs.npy"});

@@ -166,7 +166,7 @@ Scene still_life() {
   return scene;
 }
 
-TEST(ShapePictures, MethodsAndTilesMakeOnePictureOfAMixedScene) {
+TEST(ShapePictures, MethodsMakeOnePictureOfAMixedSceneAsDoesTheViewer) {
   DeviceScene world(still_life(), with_validation());
   const View view = world.scene().views[0];
   RenderOptions options{.width = kPixels, .height = kPixels, .spp = 2, .shading = "path"};
@@ -179,6 +179,16 @@ TEST(ShapePictures, MethodsAndTilesMakeOnePictureOfAMixedScene) {
   const std::uint32_t middle = kPixels / 2;
   EXPECT_EQ(first.prim(middle, middle), 2u);
   EXPECT_GT(first.color(middle, middle).g, 0.3f);  // through the glass
+
+  LiveOptions live;
+  live.width = live.height = kPixels;
+  live.shading = "normals";
+  world.live().add_sample(view, live);
+  std::vector<std::uint32_t> shown(std::size_t(kPixels) * kPixels);
+  world.live().pixels().download(shown);
+  const Picture still = render(world, view, {.width = kPixels, .height = kPixels, .shading = "normals"});
+  for (std::size_t i = 0; i < shown.size(); ++i)
+    EXPECT_LE(std::abs(srgb(still.image.channel("G").floats[i]) - int(shown[i] >> 8 & 255)), 1) << i;
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def load_scene(
     path: str | os.PathLike[str], device: Device | None = None, **options: Unpack[FileOptions]
 ) -> Scene:
-    """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY or STL file, with its cameras and materials.
+    """Loads a glTF 2.0 (.gltf, .glb), OBJ, PLY, STL or NumPy file, with its cameras and materials.
 
     {files_options}
 
