@@ -46,7 +46,7 @@ TraceTimes PointQueries::nearest(const DevicePoints& there, Buffer<Nearest>& ans
 
 TraceTimes PointQueries::inside(const DevicePoints& there, Buffer<std::uint32_t>& answers, const PointQuery& query) {
   check_points(there, answers.size());
-  return run_there(parts_->gpu, parts_->inside(query), there, answers, parts_->settle_inside(query));
+  return run_there(parts_->gpu, parts_->inside(query, there.count), there, answers, parts_->settle_inside(query));
 }
 
 }  // namespace ballot

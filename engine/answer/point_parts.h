@@ -27,12 +27,14 @@ struct PointQueries::Parts {
         point_filters(device),
         within_filters(device),
         blocks(in_blocks),
-        order(device) {}
+        order(device),
+        cells(device) {}
 
   /// Return the runner of a query, prepared for the tree as it is now. `filters`: those that its points have words
   /// for.
   NearestRunner& nearest(const PointQuery& query, std::uint32_t filters);
-  InsideRunner& inside(const PointQuery& query);
+  /// `points`: how many the call asks for.
+  InsideRunner& inside(const PointQuery& query, std::uint64_t points);
   /// Returns what inside() and lists walk, as it is now.
   DeviceTree& whole_tree();
   /// Return what settles the answers of a query; empty unless it is to be exact.
@@ -45,10 +47,11 @@ struct PointQueries::Parts {
   WholeTree whole;
   QueryFilters point_filters, within_filters;
   std::map<std::pair<bool, std::uint32_t>, std::optional<NearestRunner>> closest;  // by sides, filters
-  std::optional<InsideRunner> plain_inside, exact_inside;
-  std::map<std::array<std::uint32_t, 3>, QueryKernel> within;  // by filters, LISTS_..., row
+  std::map<std::pair<bool, bool>, std::optional<InsideRunner>> inside_tests;       // by exact, by cells
+  std::map<std::array<std::uint32_t, 3>, QueryKernel> within;                      // by filters, LISTS_..., row
   const bool blocks;  // closest points of a subgroup are found together; on a CPU voting takes longer
   PointOrder order;   // for that
+  InsideCells cells;  // of the whole tree
   ListRooms<ProbePoint, Within> lists;
   PseudonormalArray pseudonormals;
   PointInstances instances, whole_instances;    // of the two trees

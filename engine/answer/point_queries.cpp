@@ -92,14 +92,16 @@ PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuer
 }
 
 DeviceTree& PointQueries::Parts::whole_tree() {
-  if (whole.update()) plain_inside.reset(), exact_inside.reset(), within.clear();
+  if (whole.update()) inside_tests.clear(), within.clear(), cells.forget_tree();
   return whole.tree();
 }
 
-PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery& query) {
+PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery& query, std::uint64_t points) {
   DeviceTree& tree = whole_tree();
-  std::optional<InsideRunner>& runner = query.exact ? exact_inside : plain_inside;
-  if (!runner) runner.emplace(gpu, tree, "inside", Defines{{"BALLOT_EXACT", int(query.exact)}});
+  const bool by_cells = cells.serve(tree, points);
+  std::optional<InsideRunner>& runner = inside_tests[{query.exact, by_cells}];
+  const Defines defines{{"BALLOT_EXACT", int(query.exact)}, {"BALLOT_LISTED", int(by_cells)}};
+  if (!runner) runner.emplace(gpu, tree, "inside", defines, nullptr, nullptr, by_cells ? &cells : nullptr);
   runner->prepare();
   return *runner;
 }
@@ -123,6 +125,8 @@ point_queries::Settle<std::uint32_t> PointQueries::Parts::settle_inside(const Po
 
 PointQueries::PointQueries(Context& gpu, DeviceTree& tree, std::optional<bool> blocks)
     : parts_(std::make_unique<Parts>(gpu, tree, blocks.value_or(!gpu.info().is_cpu()))) {}
+void PointQueries::set_cells_pay(std::optional<bool> pay) { parts_->cells.set_pay(pay); }
+bool PointQueries::has_cells() const { return parts_->cells.are_found(); }
 PointQueries::~PointQueries() = default;
 
 TraceTimes PointQueries::nearest(const NearestStream& stream, const PointQuery& query) {
@@ -149,7 +153,7 @@ TraceTimes PointQueries::inside(const InsideStream& stream, const PointQuery& qu
       return answer_here(stream, kInsideAlone, parts_->scene.walked_s(),
                          [&](const ProbePoint& point) { return std::uint32_t(walk->inside(point.at)); });
   ask_interruption();
-  return parts_->inside(query).run(stream, parts_->settle_inside(query));
+  return parts_->inside(query, stream.most).run(stream, parts_->settle_inside(query));
 }
 
 TraceTimes PointQueries::inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers,

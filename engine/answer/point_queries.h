@@ -83,6 +83,11 @@ class PointQueries {
   /// Dead points are outside. Limits are ignored. Throws as nearest().
   TraceTimes inside(const InsideStream& stream, const PointQuery& query = {});
   TraceTimes inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers, const PointQuery& query = {});
+  /// For tests: whether inside() answers by cells (inside_cells.h) where it can; none: where it pays. The bits are the
+  /// same.
+  void set_cells_pay(std::optional<bool> pay);
+  /// For tests: whether the tree as it was last asked for has cells.
+  bool has_cells() const;
 
   /// Finds all triangles whose distance from a point is at most its limit. A distance is the one that nearest()
   /// computes for that triangle, bit for bit, and with its bound. Triangles without area are left out. Dead points have

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/answer/coherent_order.h"
+#include "engine/answer/inside_cells.h"
 #include "engine/answer/point_order.h"
 #include "engine/answer/query_filters.h"
 #include "engine/answer/repair.h"
@@ -34,6 +35,7 @@ struct NearestQuery {
   using Answer = Nearest;
   static constexpr std::uint32_t kBinding = BIND_HITS;
   static constexpr const char* kWhat = "closest points";
+  static constexpr bool kHasCells = false;
   static Answer none() { return {{}, kInfinity, NO_HIT, 0, 0, 0}; }
   /// What one piece has found is the limit for the next.
   static void add(Answer& all, const Answer& piece, ProbePoint& asked) {
@@ -46,6 +48,7 @@ struct InsideQuery {
   using Answer = std::uint32_t;
   static constexpr std::uint32_t kBinding = BIND_CROSSINGS;
   static constexpr const char* kWhat = "inside test";
+  static constexpr bool kHasCells = true;
   static Answer none() { return 0; }
   static void add(Answer& all, const Answer& piece, ProbePoint&) {
     all = all == UNSURE || piece == UNSURE ? UNSURE : all ^ piece;
@@ -71,10 +74,15 @@ class Runner {
   using Launched = std::function<void(std::uint32_t done)>;
 
   /// `filters`: of a kernel with BALLOT_FILTERS, which have taken what it needs of the tree before it is asked.
-  /// `order`: of the points, for a kernel with BALLOT_BLOCKS. Null for others.
+  /// `order`: of the points, for a kernel with BALLOT_BLOCKS. Null for others. `cells`: for one with BALLOT_LISTED.
   Runner(Context& gpu, DeviceTree& tree, const char* kernel, Defines defines, QueryFilters* filters = nullptr,
-         PointOrder* order = nullptr)
-      : gpu_(gpu), tree_(tree), kernel_(gpu, tree, kernel, std::move(defines)), filters_(filters), order_(order) {}
+         PointOrder* order = nullptr, InsideCells* cells = nullptr)
+      : gpu_(gpu),
+        tree_(tree),
+        kernel_(gpu, tree, kernel, std::move(defines)),
+        filters_(filters),
+        order_(order),
+        cells_(cells) {}
 
   /// Makes the kernel for the tree as it is now. What it reads in addition to tree and points is to be bound then.
   void prepare() {
@@ -105,8 +113,17 @@ class Runner {
     kernel_.bind(Kind::kBinding, answers);
     put_in_order(points, first, count, times);
     const TreePiece whole{tree_.root()};
-    const std::uint32_t unfinished = settle ? kernel_.run(first, count, whole, times, launched)
-                                            : kernel_.answer(first, count, whole, times, launched);
+    std::uint32_t unfinished = 0;
+    if constexpr (Kind::kHasCells) {
+      if (cells_) {
+        const std::uint32_t others = cells_->look_up(points, answers, first, count, times);
+        cells_->bind(kernel_);
+        unfinished = kernel_.run(others, whole, times);
+      }
+    }
+    if (!cells_)
+      unfinished = settle ? kernel_.run(first, count, whole, times, launched)
+                          : kernel_.answer(first, count, whole, times, launched);
     if (!unfinished && !settle) return;
     std::vector<ProbePoint> asked(count);
     std::vector<Answer> found(count);
@@ -129,7 +146,7 @@ class Runner {
     std::size_t most() const override { return std::min<std::size_t>(runner_.most(), kChunk); }
     void arrange(std::span<ProbePoint> points) override {
       order_.clear();
-      if (points.size() < kFewPoints) return;
+      if (points.size() < kFewPoints || runner_.cells_) return;  // few are walked for
       order_points(points, runner_.tree_.bvh().bounds, order_);
       rearranged_.arrange(points, order_);
     }
@@ -190,6 +207,7 @@ class Runner {
       runner.points_->upload(chosen);
       if (runner.filters_) runner.filters_->bind(runner.kernel_, chosen.size(), chosen_words, true);
       runner.put_in_order(*runner.points_, 0, std::uint32_t(chosen.size()), times);
+      if (runner.cells_) runner.cells_->list_all(std::uint32_t(chosen.size())), runner.cells_->bind(runner.kernel_);
       runner.kernel_.run(std::uint32_t(chosen.size()), piece, times);
       runner.answers_->download(found);
     }
@@ -208,6 +226,7 @@ class Runner {
   QueryKernel kernel_;
   QueryFilters* filters_;
   PointOrder* order_;
+  InsideCells* cells_;
   std::unique_ptr<Buffer<ProbePoint>> points_;  // that are asked again, in pieces of the tree
   std::unique_ptr<Buffer<Answer>> answers_;
 };

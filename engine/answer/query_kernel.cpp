@@ -98,16 +98,22 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
         defines.emplace_back("BALLOT_BLOCKS", blocks);
         sources.push_back(query_source("closest_point", device, tree, defines));
       }
-    for (const int exact : {0, 1}) sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}}));
+    for (const int exact : {0, 1})
+      for (const int listed : {0, 1})
+        if (!listed || !tree.top_depth)
+          sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}, {"BALLOT_LISTED", listed}}));
     for (const std::uint32_t lists : {LISTS_NONE, LISTS_ROWS, LISTS_PLACES})
       for (const int filters : {0, 1, 6})
         sources.push_back(
             query_source("within", device, tree, {{"BALLOT_LISTS", int(lists)}, {"BALLOT_FILTERS", filters}}));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
+    if (tree.top_depth) continue;
+    sources.push_back(query_source("cells", device, tree, {{"BALLOT_EXACT", 0}}));
   }
   for (KernelSource& source : column_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : value_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : sum_sources()) sources.push_back(std::move(source));
+  sources.push_back(look_up_source());
   for (KernelSource& source : neighbour_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : making_sources()) sources.push_back(std::move(source));
   for (const int of : {PLACES_LISTS, PLACES_APPENDED, PLACES_HITS}) sources.push_back(places_source(of));

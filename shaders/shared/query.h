@@ -28,6 +28,14 @@
 #define BIND_NEIGHBOUR_KEYS 34   // a word a point
 #define BIND_SORTED 35           // IndirectArgs, whose count is that of the points if all are sorted, else 0
 
+// shaders/query/cells.comp, look_up.comp, and the points that inside.comp takes.
+#define BIND_CELL_GRID 36      // in: CellGrid
+#define BIND_CELLS 37          // two bits a cell, in order of Morton codes
+#define BIND_PARENT_CELLS 38   // in: the same of the level above
+#define BIND_SHADOWS 39        // in: of each level a float for each row of cells
+#define BIND_LISTED_POINTS 40  // the numbers of the points whose cells are touched
+#define BIND_LISTED_COUNT 41   // how many they are
+
 // shaders/query/columns.comp, surfaces.comp and values.comp.
 #define BIND_PRIM_TABLE 26    // in: placements and ids of triangles (engine/answer/columns.h)
 #define BIND_CORNERS 27       // in: the corners of the triangles of all trees
@@ -184,6 +192,14 @@
 #define NEIGHBOURS_TILES 2u
 #define NEIGHBOURS_KEYS 3u
 
+// shaders/query/look_up.comp: the lanes of a workgroup. What a cell is; a cell of none but touched ones is one of them.
+#define LOOK_UP_GROUP 128u
+#define CELL_OUTSIDE 0u
+#define CELL_INSIDE 1u
+#define CELL_TOUCHED 2u
+// The first level of cells has no parents; level k has 2^k cells along an axis.
+#define FIRST_CELL_LEVEL 3u
+
 // The number of crossings of a ray, or the answer of a point, that rounding may have decided.
 #define UNSURE 0xFFFFFFFDu
 
@@ -235,6 +251,29 @@ struct NeighbourState {
   int hi[3];
 };
 BALLOT_RECORD(NeighbourState, 32);
+
+// A level of cubic cells around a scene.
+struct CellGrid {
+  vec3 lo;     // the first corner
+  float cell;  // side of a cell
+  float pad;   // cells are widened by it
+  uint level;
+  uint shadows;  // where the level's shadows begin
+};
+BALLOT_RECORD(CellGrid, 28);
+
+// Push constants of look_up.comp.
+struct LookUpPush {
+  vec3 lo;        // as of CellGrid
+  float inverse;  // cells along a unit
+  vec3 middle;    // points are looked up that are no farther from it along each axis than
+  float reach;
+  float least;  // and whose y and z are 0 or no smaller
+  uint level;
+  uint first;  // number of the first point
+  uint count;
+};
+BALLOT_RECORD(LookUpPush, 48);
 
 // Push constants of places.comp.
 struct PlacesPush {

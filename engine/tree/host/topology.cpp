@@ -36,21 +36,38 @@ void finish(std::vector<FaultyEdge>& named, std::size_t most) {
 
 }  // namespace
 
-Topology topology_of(std::span<const Triangle> triangles, std::size_t most) {
-  Topology t;
-  t.triangles = triangles.size();
+/// Returns the edges of all triangles with area, those that are the same next to each other. Adds the triangles without
+/// area that have three different vertices to `flat`.
+static std::vector<HalfEdge> half_edges(std::span<const Triangle> triangles, std::uint64_t& flat) {
   std::vector<HalfEdge> edges;
   edges.reserve(3 * triangles.size());
   for (std::uint32_t prim = 0; prim < triangles.size(); ++prim) {
     const VertexKey keys[3] = {key_of(triangles[prim][0]), key_of(triangles[prim][1]), key_of(triangles[prim][2])};
     if (keys[0] == keys[1] || keys[1] == keys[2] || keys[2] == keys[0]) continue;
     if (is_degenerate(triangles[prim])) {
-      ++t.flat;
+      ++flat;
       continue;
     }
     for (std::size_t i = 0; i < 3; ++i) edges.push_back(HalfEdge::of(keys[i], keys[(i + 1) % 3], prim, i));
   }
   sort_on_all_cores(edges);
+  return edges;
+}
+
+std::vector<std::array<glm::vec3, 2>> open_edges(std::span<const Triangle> triangles) {
+  std::vector<std::array<glm::vec3, 2>> open;
+  std::uint64_t flat = 0;
+  const std::vector<HalfEdge> edges = half_edges(triangles, flat);
+  for_equal(edges, [&](std::size_t begin, std::size_t end) {
+    if ((end - begin) % 2) open.push_back({vertex_of(edges[begin].from), vertex_of(edges[begin].to)});
+  });
+  return open;
+}
+
+Topology topology_of(std::span<const Triangle> triangles, std::size_t most) {
+  Topology t;
+  t.triangles = triangles.size();
+  const std::vector<HalfEdge> edges = half_edges(triangles, t.flat);
   for_equal(edges, [&](std::size_t begin, std::size_t end) {
     const std::span<const HalfEdge> edge(edges.data() + begin, end - begin);
     ++t.edges;

@@ -33,6 +33,9 @@ struct Topology {
   bool consistently_wound() const { return flipped == 0; }
 };
 
+/// Returns the ends of the edges of an odd number of triangles, Topology::open of them.
+std::vector<std::array<glm::vec3, 2>> open_edges(std::span<const Triangle> triangles);
+
 /// Finds the topology of triangles, on all cores, and names at most `most` faulty edges of each sort.
 Topology topology_of(std::span<const Triangle> triangles, std::size_t most = 10);
 

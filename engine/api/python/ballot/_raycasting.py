@@ -20,6 +20,7 @@ _RESULTS = {
     "primitive_uvs": "uvs",
     "primitive_normals": "normals",
 }
+_MANY = 3 << 18  # numbers of points for which edges are looked at
 _CLOSEST = {
     "points": "points",
     "geometry_ids": "mesh_ids",
@@ -67,6 +68,7 @@ class RaycastingScene:
         self._numeric = numeric
         self._meshes: list[tuple[np.ndarray, np.ndarray]] = []
         self._scene: Scene | None = None
+        self._closed_scene: Scene | None = None  # the same if it is known to be closed
         self._lock = threading.Lock()
         self.times: Times | None = None  #: of the last call, in whichever thread
 
@@ -195,6 +197,8 @@ class RaycastingScene:
         """Returns whether each point is inside."""
         if _query.integer(nsamples, "nsamples", 1, 2**31 - 1) % 2 == 0:
             raise ValueError(f"nsamples is {nsamples}; expected an odd number")
+        if sign == "parity" and assume_closed and np.size(points) >= _MANY and self._is_closed():
+            assume_closed = False  # any one ray tells, so the scene may look many points up
         if sign != "parity" or not assume_closed:
             query = {"assume_closed": assume_closed, "sign": sign}
             return self._nearest(points, ("inside",), nthreads, **query)["inside"]
@@ -228,6 +232,17 @@ class RaycastingScene:
         compute_signed_distance()."""
         inside = self._inside(query_points, nthreads, nsamples, assume_closed, sign)
         return answer(inside.astype(np.float32))
+
+    def _is_closed(self) -> bool:
+        """Returns whether Scene.nearest() takes the scene for closed."""
+        if self._closed_scene is not self._built():
+            self._closed_scene = None
+            try:
+                self._built().nearest([[0, 0, 0]], ("inside",))
+                self._closed_scene = self._built()
+            except ValueError:
+                return False
+        return True
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> Answer:
