@@ -29,8 +29,8 @@ class InsideCells {
   ~InsideCells();
 
   /// Returns true if a call for so many points is to be answered by look-up, and makes the cells then. On a CPU device
-  /// that is so once a generation has been asked for kCellsPay points, and for a number of them for each triangle. Throws
-  /// Error(Work) if the device fails.
+  /// that is so once a generation has been asked for kCellsPay points, and for a number of them for each triangle.
+  /// Throws Error(Work) if the device fails.
   bool serve(DeviceTree& tree, std::uint64_t points);
   /// To be called when the tree that serve() was given goes.
   void forget_tree();

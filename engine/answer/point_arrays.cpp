@@ -49,4 +49,9 @@ TraceTimes PointQueries::inside(const DevicePoints& there, Buffer<std::uint32_t>
   return run_there(parts_->gpu, parts_->inside(query, there.count), there, answers, parts_->settle_inside(query));
 }
 
+TraceTimes PointQueries::winding(const DevicePoints& there, Buffer<float>& answers, const PointQuery& query) {
+  check_points(there, answers.size());
+  return run_there(parts_->gpu, parts_->winding(query), there, answers, point_queries::Settle<float>());
+}
+
 }  // namespace ballot

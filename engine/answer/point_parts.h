@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/answer/lists.h"
+#include "engine/answer/moments.h"
 #include "engine/answer/point_instances.h"
 #include "engine/answer/point_runner.h"
 #include "engine/answer/pseudonormal_array.h"
@@ -28,13 +29,15 @@ struct PointQueries::Parts {
         within_filters(device),
         blocks(in_blocks),
         order(device),
-        cells(device) {}
+        cells(device),
+        moments(device) {}
 
   /// Return the runner of a query, prepared for the tree as it is now. `filters`: those that its points have words
   /// for.
   NearestRunner& nearest(const PointQuery& query, std::uint32_t filters);
   /// `points`: how many the call asks for.
   InsideRunner& inside(const PointQuery& query, std::uint64_t points);
+  Runner<point_queries::WindingQuery>& winding(const PointQuery& query);
   /// Returns what inside() and lists walk, as it is now.
   DeviceTree& whole_tree();
   /// Return what settles the answers of a query; empty unless it is to be exact.
@@ -52,6 +55,8 @@ struct PointQueries::Parts {
   const bool blocks;  // closest points of a subgroup are found together; on a CPU voting takes longer
   PointOrder order;   // for that
   InsideCells cells;  // of the whole tree
+  std::optional<Runner<point_queries::WindingQuery>> winding_numbers;
+  Moments moments;  // of the whole tree
   ListRooms<ProbePoint, Within> lists;
   PseudonormalArray pseudonormals;
   PointInstances instances, whole_instances;    // of the two trees

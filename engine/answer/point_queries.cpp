@@ -92,7 +92,7 @@ PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuer
 }
 
 DeviceTree& PointQueries::Parts::whole_tree() {
-  if (whole.update()) inside_tests.clear(), within.clear(), cells.forget_tree();
+  if (whole.update()) inside_tests.clear(), within.clear(), cells.forget_tree(), winding_numbers.reset();
   return whole.tree();
 }
 
@@ -104,6 +104,19 @@ PointQueries::Parts::InsideRunner& PointQueries::Parts::inside(const PointQuery&
   if (!runner) runner.emplace(gpu, tree, "inside", defines, nullptr, nullptr, by_cells ? &cells : nullptr);
   runner->prepare();
   return *runner;
+}
+
+point_queries::Runner<point_queries::WindingQuery>& PointQueries::Parts::winding(const PointQuery& query) {
+  DeviceTree& tree = whole_tree();
+  if (tree.forest() || tree.facts().shapes)
+    fail(Failure::Arguments,
+         "winding numbers: found a scene of instances or shapes; expected triangles in one tree, as of layout merge");
+  if (!(query.beta >= 1)) fail(Failure::Arguments, "beta is {}; expected at least 1, or 0 for 2", query.beta);
+  if (query.exact) fail(Failure::Arguments, "winding numbers: found numeric 'exact'; expected watertight");
+  if (!winding_numbers) winding_numbers.emplace(gpu, tree, "winding", Defines{});
+  winding_numbers->prepare();
+  winding_numbers->bind(BIND_NODE_MOMENTS, moments.update(tree, query.beta));
+  return *winding_numbers;
 }
 
 point_queries::Settle<Nearest> PointQueries::Parts::settle_nearest(const PointQuery& query) {
@@ -154,6 +167,17 @@ TraceTimes PointQueries::inside(const InsideStream& stream, const PointQuery& qu
                          [&](const ProbePoint& point) { return std::uint32_t(walk->inside(point.at)); });
   ask_interruption();
   return parts_->inside(query, stream.most).run(stream, parts_->settle_inside(query));
+}
+
+TraceTimes PointQueries::winding(const WindingStream& stream, const PointQuery& query) {
+  ask_interruption();
+  return parts_->winding(query).run(stream, {});
+}
+
+TraceTimes PointQueries::winding(std::span<const ProbePoint> points, std::span<float> answers,
+                                 const PointQuery& query) {
+  check_room(points.size(), answers.size());
+  return winding(stream_of(points, answers), query);
 }
 
 TraceTimes PointQueries::inside(std::span<const ProbePoint> points, std::span<std::uint32_t> answers,

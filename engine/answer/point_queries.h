@@ -16,6 +16,7 @@ namespace ballot {
 
 using NearestStream = Stream<ProbePoint, Nearest>;
 using InsideStream = Stream<ProbePoint, std::uint32_t>;  // 1 inside, 0 outside
+using WindingStream = Stream<ProbePoint, float>;
 
 /// Takes the triangles within the limits of the points from number `first` on: how many each point has, and those of
 /// all points one after the other, in order of distance, at equal distance in order of prim. The spans are valid until
@@ -31,6 +32,8 @@ struct PointQuery {
   bool exact = false;
   /// Of nearest(): finds Nearest::behind. Takes 72 bytes a triangle for pseudonormals, counted through the instances.
   bool sides = false;
+  /// Of winding(): a node of the tree counts as one if it is farther away than so many of its radii. At least 1.
+  float beta = 2;
   /// Of nearest() without sides, and of within(), for points of the host.
   FilterReaders filters = {};
   /// A word for each triangle, counted through the instances; none: all bits. FILTER_MASK compares the point's with it.
@@ -88,6 +91,14 @@ class PointQueries {
   void set_cells_pay(std::optional<bool> pay);
   /// For tests: whether the tree as it was last asked for has cells.
   bool has_cells() const;
+
+  /// Finds the winding number of the triangles around each point: the sum of their solid angles over 4 pi, each
+  /// positive where the point sees its back (shaders/query/winding.comp). Far nodes count as a dipole and a quadrupole
+  /// (query.beta); tools/measured/queries.md has the error. 0 for dead points; limits are ignored. Throws as nearest(),
+  /// and Error(Arguments) for instances, shapes, query.exact and a beta that is too small.
+  TraceTimes winding(const WindingStream& stream, const PointQuery& query = {});
+  TraceTimes winding(std::span<const ProbePoint> points, std::span<float> answers, const PointQuery& query = {});
+  TraceTimes winding(const DevicePoints& points, Buffer<float>& answers, const PointQuery& query = {});
 
   /// Finds all triangles whose distance from a point is at most its limit. A distance is the one that nearest()
   /// computes for that triangle, bit for bit, and with its bound. Triangles without area are left out. Dead points have

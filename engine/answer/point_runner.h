@@ -55,6 +55,15 @@ struct InsideQuery {
   }
 };
 
+struct WindingQuery {
+  using Answer = float;
+  static constexpr std::uint32_t kBinding = BIND_CROSSINGS;
+  static constexpr const char* kWhat = "winding numbers";
+  static constexpr bool kHasCells = false;
+  static Answer none() { return 0; }
+  static void add(Answer& all, const Answer& piece, ProbePoint&) { all += piece; }
+};
+
 /// Settles answers that the device leaves open. `words`: of the points, for filters. May be empty.
 template <class Answer>
 using Settle =

@@ -109,6 +109,7 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
     if (tree.top_depth) continue;
     sources.push_back(query_source("cells", device, tree, {{"BALLOT_EXACT", 0}}));
+    sources.push_back(query_source("winding", device, tree));
   }
   for (KernelSource& source : column_sources()) sources.push_back(std::move(source));
   for (KernelSource& source : value_sources()) sources.push_back(std::move(source));

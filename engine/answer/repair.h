@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <functional>
 #include <span>
 #include <vector>
@@ -22,6 +23,7 @@ namespace ballot {
 Query repair_query(Query query);
 
 inline bool is_unfinished(std::uint32_t answer) { return answer == UNFINISHED; }
+inline bool is_unfinished(float answer) { return is_unfinished(std::bit_cast<std::uint32_t>(answer)); }
 template <class Record>
 requires requires(const Record& r) { r.prim; }
 bool is_unfinished(const Record& r) { return is_unfinished(r.prim); }

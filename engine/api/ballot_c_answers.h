@@ -148,7 +148,8 @@ typedef struct BallotQuery {
   /* Of points: what decides what is inside. "parity": the number of crossings of one ray, of closed meshes alone.
    * "pseudonormal": the side of the nearest triangle, at its corners and edges by the angle-weighted sum of the normals
    * there (Baerentzen and Aanaes 2005); of meshes with open edges too, if their triangles are wound alike. Without a
-   * triangle within the limit a point is not inside. NULL: "parity". */
+   * triangle within the limit a point is not inside. "winding": whether the winding number is above 1/2; of any
+   * triangles that mostly face outwards. NULL: "parity". */
   BallotText sign BALLOT_ZERO;
   /* For questions of ballot_trace_buffers(), ballot_query_point_buffers() and ballot_list_buffers(): a word for each,
    * as BallotRays::mask and BallotPoints::mask, or one record for all, in an array of BALLOT_RECORD_UINT32 on the
@@ -175,6 +176,9 @@ typedef struct BallotQuery {
    * on the device. */
   uint32_t strongest BALLOT_ZERO;
   BallotText value BALLOT_ZERO; /* Of hits: the name of the attribute of one number that strongest goes by */
+  /* Of points: of winding numbers: triangles together count as a dipole and a quadrupole if they are farther away than
+   * so many radii of a ball around them. At least 1; 0: 2 */
+  float beta BALLOT_ZERO;
 } BallotQuery;
 
 /* What a call took. */
@@ -330,6 +334,7 @@ typedef struct BallotNearest {
   double* distances_double BALLOT_ZERO;
   /* 3 each: in double, what u and v of its triangle name; of shapes as points */
   double* points_double BALLOT_ZERO;
+  float* windings BALLOT_ZERO; /* winding numbers: 1 inside of a closed mesh, 0 outside, between these around gaps */
 } BallotNearest;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
@@ -347,6 +352,11 @@ typedef struct BallotNearest {
  *           of it, however far it is. The sign may be wrong within the bound of the distance, beside an edge within
  *           about that divided by the sine of half the angle between its faces; at sharp corners no bound is proved.
  *           Refused if two triangles run along an edge in the same direction. 72 bytes a triangle.
+ * Winding   The sum of the signed solid angles of all triangles over 4 pi (Barill and others 2018), for soups and
+ *           meshes with gaps. The error falls as 1 / beta^2: with beta 2 it was at most 0.07 on the meshes that were
+ *           measured, 0.005 in the mean, with 4 a quarter. On the surface it is arbitrary between the values on its
+ *           sides. Not of instances and shapes (layout "merge" makes one mesh), nor with numeric "exact". Neither
+ *           limits nor closedness count. 128 bytes a leaf.
  * Exact     With numeric "exact" the nearest triangle and what is inside are those of exact arithmetic, signs by
  *           pseudonormals for these as rounded to float32. The host decides what the device leaves open, and looks for
  *           each nearest triangle again.

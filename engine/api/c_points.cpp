@@ -17,6 +17,7 @@ namespace ballot::api {
 namespace {
 
 constexpr std::uint64_t kPart = 1 << 22;  // points on the device that are answered at a time, a multiple of 4
+constexpr float kInsideWinding = 0.5f;    // points with more are inside
 constexpr std::size_t kUntold = 1 << 10;  // points of a call that tells its progress at the end alone
 
 /// Returns the ends and the triangle of an edge as text.
@@ -76,8 +77,9 @@ static_assert(sizeof(BallotNearestPoint) == sizeof(Nearest));
 class NearestArrays {
  public:
   /// `by_sides`: the nearest points tell what is inside.
-  /// `in_double`: they are found in numeric mode double.
-  NearestArrays(const BallotNearest& to, SceneState& scene, const PointArray& points, bool by_sides, bool in_double)
+  /// `by_winding`: winding numbers do. `in_double`: they are found in numeric mode double.
+  NearestArrays(const BallotNearest& to, SceneState& scene, const PointArray& points, bool by_sides, bool by_winding,
+                bool in_double)
       : to_(to),
         scene_(scene),
         points_(points),
@@ -85,6 +87,7 @@ class NearestArrays {
         any_(to.prims || to.mesh_ids || to.uvs || to.normals || to.materials || to.colors || to.shading_normals ||
              to.value_count),
         by_sides_(by_sides && (to.signed_distances || to.inside)),
+        by_winding_(by_winding && (to.signed_distances || to.inside)),
         in_double_(in_double) {
     if (to.distances_double || to.points_double) scene.world->scene();  // here, before several threads ask
   }
@@ -94,7 +97,8 @@ class NearestArrays {
     return any_ || to_.nearest || to_.distances || to_.points || to_.signed_distances || by_sides_ ||
            to_.distances_double || to_.points_double;
   }
-  bool wants_inside() const { return !by_sides_ && (to_.signed_distances || to_.inside); }
+  bool wants_inside() const { return !by_sides_ && !by_winding_ && (to_.signed_distances || to_.inside); }
+  bool wants_winding() const { return by_winding_ || to_.windings; }
 
   void write(std::uint64_t first, std::span<const Nearest> answers) {
     if (any_) as_hits_.resize(answers.size());
@@ -122,10 +126,12 @@ class NearestArrays {
     if (any_) hits_.write(std::size_t(first), as_hits_);
   }
   void write(std::uint64_t first, std::span<const std::uint32_t> inside) {
-    for (std::size_t i = 0; i < inside.size(); ++i) {
-      const std::size_t place = std::size_t(first) + i;
-      if (to_.inside) to_.inside[place] = std::uint8_t(inside[i]);
-      if (to_.signed_distances && inside[i]) to_.signed_distances[place] = -to_.signed_distances[place];
+    for (std::size_t i = 0; i < inside.size(); ++i) write_inside(std::size_t(first) + i, inside[i] != 0);
+  }
+  void write(std::uint64_t first, std::span<const float> windings) {
+    for (std::size_t i = 0; i < windings.size(); ++i) {
+      if (to_.windings) to_.windings[std::size_t(first) + i] = windings[i];
+      if (by_winding_) write_inside(std::size_t(first) + i, windings[i] > kInsideWinding);
     }
   }
   std::uint64_t found() const { return found_; }
@@ -138,6 +144,11 @@ class NearestArrays {
     hits.prims = n.prims, hits.mesh_ids = n.mesh_ids, hits.uvs = n.uvs, hits.normals = n.normals;
     hits.materials = n.materials, hits.colors = n.colors, hits.shading_normals = n.shading_normals;
     return hits;
+  }
+
+  void write_inside(std::size_t place, bool inside) {
+    if (to_.inside) to_.inside[place] = std::uint8_t(inside);
+    if (to_.signed_distances && inside) to_.signed_distances[place] = -to_.signed_distances[place];
   }
 
   void write_doubles(std::uint64_t first, std::span<const Nearest> answers) const {
@@ -165,15 +176,15 @@ class NearestArrays {
   const SceneState& scene_;
   const PointArray& points_;
   HitArrays hits_;
-  bool any_, by_sides_, in_double_;
+  bool any_, by_sides_, by_winding_, in_double_;
   std::vector<Hit> as_hits_;
   std::uint64_t found_ = 0;
 };
 
 [[noreturn]] void refuse_filter(const char* what) {
   refuse(
-      fmt::format("points: found {} beside signed_distances or inside, which are told of the whole scene; expected one "
-                  "of them: ask for distances",
+      fmt::format("points: found {} beside signed_distances, inside or windings, which are told of the whole scene; "
+                  "expected one of them: ask for distances",
                   what));
 }
 
@@ -181,17 +192,19 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
                          Watch& watch) {
   const Clock clock;
   ballot::DeviceScene& world = *scene.world;
-  const bool as_double = is_double(query);
+  const bool as_double = is_double(query), by_winding = decides_by_winding(query);
   PointQuery how = point_query(query, as_double);
-  if (as_double && how.sides) refuse("sign is 'pseudonormal' and numeric is 'double'; expected parity");
-  NearestArrays out(to, scene, points, how.sides, as_double);
-  const bool signs = to.signed_distances || to.inside;
+  if (as_double && (how.sides || by_winding || to.windings))
+    refuse(fmt::format("sign is '{}' and numeric is 'double'; expected parity",
+                       how.sides ? "pseudonormal" : "winding"));
+  NearestArrays out(to, scene, points, how.sides, by_winding, as_double);
+  const bool signs = to.signed_distances || to.inside || to.windings;
   for (const auto& [filter, name] :
        {std::pair{FILTER_MASK, "mask"}, {FILTER_EXCLUDED, "excluded"}, {FILTER_GROUP, "group"}})
     if (signs && points.filters().has(std::size_t(filter))) refuse_filter(name);
   if (out.wants_inside() && !query.assume_closed) need_closed(world);
   if (out.wants_sides() && !query.assume_closed) need_wound(world);
-  const double between = !out.wants_inside() ? 1 : out.wants_nearest() ? 0.5 : 0;
+  const double between = !out.wants_inside() && !out.wants_winding() ? 1 : out.wants_nearest() ? 0.5 : 0;
   how.sides = out.wants_sides();
   const MakeQuestions<ProbePoint> make = points.make_there(*scene.device->gpu);
   TraceTimes spent;
@@ -208,6 +221,8 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   if (out.wants_inside())
     spent.device_ms +=
         world.points().inside(stream_of<std::uint32_t>(points, make, out, watch, between, 1), how).device_ms;
+  if (out.wants_winding())
+    spent.device_ms += world.points().winding(stream_of<float>(points, make, out, watch, between, 1), how).device_ms;
   out.end(spent);
   return clock.times(spent, out.found());
 }
@@ -217,11 +232,25 @@ constexpr std::initializer_list<std::uint32_t> kOfNearest{
     COLUMN_DISTANCES, COLUMN_PRIMS,  COLUMN_IDS,       COLUMN_UVS,    COLUMN_NORMALS,
     COLUMN_POINTS,    COLUMN_SIGNED, COLUMN_MATERIALS, COLUMN_COLORS, COLUMN_SHADING_NORMALS};
 
+/// Finds winding numbers of a part of points on the device. Writes to `inside`, unless it is null, what they decide.
+void wind(SceneState& scene, const DevicePoints& part, Buffer<float>& windings, Buffer<std::uint32_t>* inside,
+          const PointQuery& how, TraceTimes& times) {
+  times.device_ms += scene.world->points().winding(part, windings, how).device_ms;
+  if (!inside) return;
+  std::vector<float> numbers(part.count);
+  windings.download(numbers);
+  std::vector<std::uint32_t> words(part.count);
+  std::ranges::transform(numbers, words.begin(), [](float w) { return std::uint32_t(w > kInsideWinding); });
+  inside->upload(words);
+}
+
 /// Answers points of an array on the device, part by part, so that what lies between kernels takes a bounded memory.
-TraceTimes query_arrays(SceneState& scene, const DevicePoints& points, const Outputs& outputs, PointQuery how) {
+TraceTimes query_arrays(SceneState& scene, const DevicePoints& points, const Outputs& outputs, PointQuery how,
+                        bool by_winding) {
   const std::uint64_t count = points.count;
   PointQueries& queries = scene.world->points();
   const bool signs = outputs.to.any_of(kOfSides), inside = signs && !how.sides;
+  const bool winds = outputs.windings || (inside && by_winding);
   const bool near = outputs.nearest || how.sides || !outputs.to.values.empty() || outputs.to.any_of(kOfNearest);
   how.sides = how.sides && signs;
   if (outputs.nearest && outputs.arrays.size() == 1) return queries.nearest(points, *outputs.nearest, how);
@@ -232,6 +261,7 @@ TraceTimes query_arrays(SceneState& scene, const DevicePoints& points, const Out
   DeviceFilters words;
   Buffer<Nearest>& found = buffer_for(there.nearest, gpu, near ? size : 0, "nearest points of a part");
   Buffer<std::uint32_t>& within = buffer_for(there.inside, gpu, inside ? size : 0, "inside tests of a part");
+  Buffer<float>& windings = buffer_for(there.windings, gpu, winds ? size : 0, "winding numbers of a part");
   TraceTimes times;
   const PassScope scope(gpu);
   for (std::uint64_t first = 0; first < count; first += kPart) {
@@ -245,7 +275,9 @@ TraceTimes query_arrays(SceneState& scene, const DevicePoints& points, const Out
     }
     const DevicePoints part{asked, some, words};
     if (near) times.device_ms += queries.nearest(part, found, how).device_ms;
-    if (inside) times.device_ms += queries.inside(part, within, {.exact = how.exact}).device_ms;
+    if (winds) wind(scene, part, windings, inside && by_winding ? &within : nullptr, how, times);
+    if (inside && !by_winding) times.device_ms += queries.inside(part, within, {.exact = how.exact}).device_ms;
+    if (outputs.windings) outputs.windings->copy_from(windings, 0, std::size_t(first), std::size_t(some));
     if (outputs.nearest) outputs.nearest->copy_from(found, 0, std::size_t(first), std::size_t(some));
     record_columns(scene, {found, true, inside ? &within : nullptr, some, first}, outputs.to,
                    [&times](double ms) { times.device_ms += ms; });
@@ -287,7 +319,7 @@ BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points
     const Outputs to({outputs, output_count}, ballot::door::kNearestRows, *state, *from, count, kCall);
     const BallotQuery q = read_query(query, kPointArraysKind);
     ballot::PointQuery how = point_query(q);
-    const bool signs = to.to.any_of(kOfSides);
+    const bool signs = to.to.any_of(kOfSides) || to.windings, by_winding = decides_by_winding(q);
     for (std::size_t f = 0; f < FILTERS; ++f)
       if (const FilterArray array = filter_array(q, f); array.words && signs) refuse_filter(array.name);
     const DeviceUse device(*state->device);
@@ -295,9 +327,11 @@ BallotStatus ballot_query_point_buffers(BallotScene* scene, BallotBuffer* points
     keep_fit(*state);
     const Watch watch(q, *state->device, "points");
     const Watched watched(watch);
-    if (signs && !q.assume_closed) how.sides ? need_wound(*state->world) : need_closed(*state->world);
+    if (to.to.any_of(kOfSides) && !by_winding && !q.assume_closed)
+      how.sides ? need_wound(*state->world) : need_closed(*state->world);
     const FiltersThere filters(*state, q, count, kCall);
     how.triangle_masks = filters.of_triangles();
-    write_struct(times, clock.times(query_arrays(*state, {in, count, filters.words()}, to, how), 0), "BallotTimes");
+    write_struct(times, clock.times(query_arrays(*state, {in, count, filters.words()}, to, how, by_winding), 0),
+                 "BallotTimes");
   });
 }

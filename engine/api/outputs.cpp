@@ -178,6 +178,8 @@ void Outputs::add(const door::Row& row, BufferState& array) {
     nearest = &std::get<Buffer<Nearest>>(array.array);
   } else if (row.type == door::Type::Sums) {
     sums[std::size_t(std::ranges::find(kSums, row.name) - kSums.begin())] = &std::get<Buffer<double>>(array.array);
+  } else if (std::string_view(row.name) == "windings") {
+    windings = &std::get<Buffer<float>>(array.array);
   } else {
     std::uint32_t column = find_named(kWritten, row.name, "column on the device").column;
     if (column == COLUMN_FLAGS && holds<std::uint32_t>(array)) column = COLUMN_FLAG_WORDS;

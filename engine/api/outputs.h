@@ -38,6 +38,7 @@ struct Outputs {
   Targets to;
   Buffer<Hit>* hits = nullptr;         // whole hits; null: not wanted
   Buffer<Nearest>* nearest = nullptr;  // whole nearest points
+  Buffer<float>* windings = nullptr;
   SumBuffers sums{};
   bool has_sums() const { return sums != SumBuffers{}; }
   std::vector<std::shared_ptr<BufferState>> arrays;

@@ -116,9 +116,13 @@ CrossingQuery crossing_query(const BallotQuery& q, bool in_double) {
 
 PointQuery point_query(const BallotQuery& q, bool in_double) {
   const std::string_view sign = q.sign ? q.sign.text : "parity";
-  if (sign != "parity" && sign != "pseudonormal")
-    fail(Failure::Arguments, "sign is '{}'; expected parity or pseudonormal", sign);
-  return {.exact = !in_double && is_exact(q.numeric), .sides = sign == "pseudonormal"};
+  if (sign != "parity" && sign != "pseudonormal" && sign != "winding")
+    fail(Failure::Arguments, "sign is '{}'; expected parity, pseudonormal or winding", sign);
+  PointQuery query{.exact = !in_double && is_exact(q.numeric), .sides = sign == "pseudonormal"};
+  if (q.beta != 0) query.beta = q.beta;
+  return query;
 }
+
+bool decides_by_winding(const BallotQuery& q) { return q.sign && std::string_view(q.sign.text) == "winding"; }
 
 }  // namespace ballot::api

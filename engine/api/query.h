@@ -40,5 +40,7 @@ FilterArray filter_array(const BallotQuery& query, std::size_t filter);
 CrossingQuery crossing_query(const BallotQuery& query, bool in_double = false);
 /// The query of points; `sides`: signs are those of pseudonormals. Throws likewise.
 PointQuery point_query(const BallotQuery& query, bool in_double = false);
+/// Returns true if winding numbers decide what is inside.
+bool decides_by_winding(const BallotQuery& query);
 
 }  // namespace ballot::api

@@ -160,6 +160,7 @@ struct AnswersThere {
   std::array<std::unique_ptr<Buffer<std::uint32_t>>, FILTERS> words;
   std::unique_ptr<Buffer<Nearest>> nearest;
   std::unique_ptr<Buffer<std::uint32_t>> inside;
+  std::unique_ptr<Buffer<float>> windings;
 };
 
 struct SceneState {

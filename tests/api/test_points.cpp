@@ -61,6 +61,33 @@ TEST_F(Points, EveryResult) {
   for (int i = 0; i < 4; ++i) EXPECT_EQ(inside[i], i == 1);
 }
 
+TEST_F(Points, WindingNumbers) {
+  std::vector<std::uint32_t> open_indices(left_.indices.begin(), left_.indices.end() - 6);
+  const ballot::Scene scene(*device_, {ballot::mesh(left_.positions, open_indices)});  // without a side
+  const std::vector<float> points{0, 0, 0, -0.9f, 0, 0, -3, 0, 0, 3, 0, 0, NAN, 0, 0};
+  float windings[5], signs[5];
+  std::uint8_t inside[5];
+  scene.nearest(points, {.signed_distances = signs, .inside = inside, .windings = windings},
+                {.sign = "winding", .beta = 8});
+  EXPECT_NEAR(windings[0], 5.0 / 6, 1e-4);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(inside[i], i < 2) << i;
+  EXPECT_EQ(signs[0], -1);
+  EXPECT_NEAR(signs[2], 2, 1e-6);
+  std::vector<ballot::Point> asked;
+  for (std::size_t i = 0; i < 5; ++i) asked.push_back({{points[3 * i], points[3 * i + 1], points[3 * i + 2]}, kFar});
+  ballot::Array<ballot::Point> in(*device_, 5);
+  ballot::Array<float> windings_there(*device_, 5), signs_there(*device_, 5);
+  in.write(asked);
+  scene.nearest(in, {{"windings", windings_there}, {"signed_distances", signs_there}}, 5,
+                {.sign = "winding", .beta = 8});
+  std::vector<float> read(5);
+  windings_there.read(read);
+  EXPECT_TRUE(std::equal(read.begin(), read.end(), windings));
+  signs_there.read(read);
+  EXPECT_TRUE(std::equal(read.begin(), read.end(), signs));
+  EXPECT_EQ(code_of([&] { scene.nearest(points, {.windings = windings}, {.beta = 0.5f}); }), BALLOT_ERROR_ARGUMENT);
+}
+
 TEST_F(Points, LimitsAndStrides) {
   const ballot::Scene scene(*device_, {left_.mesh()});
   const float points[] = {0, 0, 2, 99, 0, 0, 4, 99};
