@@ -56,7 +56,7 @@ class InsideByCells : public DeviceTest {
     std::vector<std::uint32_t> expected(points.size()), found(points.size(), 7);
     walks.inside(points, expected, {.exact = exact});
     cells.inside(points, found, {.exact = exact});
-    if (expects != Cells::Perhaps) EXPECT_EQ(cells.has_cells(), expects == Cells::Used);
+    EXPECT_TRUE(expects == Cells::Perhaps || cells.has_cells() == (expects == Cells::Used));
     const auto differs = std::ranges::mismatch(expected, found);
     ASSERT_TRUE(differs.in1 == expected.end())
         << "point " << differs.in1 - expected.begin() << ": " << *differs.in1 << " and " << *differs.in2;
@@ -129,7 +129,7 @@ TEST_F(InsideByCells, OfInstancesAndArraysOnTheDevice) {
 
 // The walk takes more steps than Mesa 22.3 lets a loop take.
 TEST_F(InsideByCells, WalksThatTheDriverCutsShort) {
-  const auto t = make(*gpu_, shapes::identical(100000), {.builder = BuilderId::Balanced});
+  const auto t = make(*gpu_, shapes::identical(60000), {.builder = BuilderId::Balanced});
   PointQueries walks(*gpu_, t->tracer->tree()), cells(*gpu_, t->tracer->tree());
   walks.set_cells_pay(false);
   cells.set_cells_pay(true);

