@@ -19,7 +19,7 @@ namespace {
 double largest_number(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 /// a * b - c * d with its exact sign. A fused multiply-add gives the errors of the products that the shader splits for.
-double difference_of_products(double a, double b, double c, double d) {
+double difference_of_exact_sign(double a, double b, double c, double d) {
   const double ab = a * b, cd = c * d, ab_low = std::fma(a, b, -ab), cd_low = std::fma(c, d, -cd);
   const double high = ab - cd, low = ab_low - cd_low;
   const double back = high - ab, low_back = low - ab_low;
@@ -62,7 +62,7 @@ SightInDouble see(const TurnedRay& ray, const CornersInDouble& corners) {
   std::array<int, 3> sign;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t p = (i + 1) % 3, q = (i + 2) % 3;
-    e[i] = difference_of_products(x[q], y[p], y[q], x[p]);
+    e[i] = difference_of_exact_sign(x[q], y[p], y[q], x[p]);
     sign[i] = side_sign(e[i], x[p], y[p], x[q], y[q]);
   }
   const double det = e[0] + e[1] + e[2], inverse = 1 / (det == 0 ? 1 : det);

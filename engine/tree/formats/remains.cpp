@@ -7,7 +7,7 @@
 namespace ballot {
 namespace {
 
-constexpr std::size_t kChunk = 1 << 14;
+constexpr std::size_t kLeavesAtOnce = 1 << 14;
 
 std::uint32_t leaf_size(std::uint32_t node) { return node & LEAF_BIT ? node & ~LEAF_BIT : 0; }
 
@@ -53,16 +53,16 @@ TreeRemains remains_of(const Bvh& bvh, std::span<const Triangle> triangles) {
 
 void restore(const TreeRemains& remains, std::span<const glm::uvec4> leaves, Bvh& bvh, std::span<Triangle> triangles) {
   const std::vector<std::uint32_t>& nodes = remains.nodes;
-  std::vector<Place> places(nodes.size() / kChunk + 1);  // of each chunk's first leaf
+  std::vector<Place> places(nodes.size() / kLeavesAtOnce + 1);  // of each chunk's first leaf
   Place next;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (i % kChunk == 0) places[i / kChunk] = next;
+    if (i % kLeavesAtOnce == 0) places[i / kLeavesAtOnce] = next;
     next.pass(nodes[i]);
   }
   const glm::vec3 origin = box_origin(bvh.bounds);
   const bool splits = bvh.references.size() > triangles.size();  // several leaves may have a triangle
-  for_chunks(nodes.size(), splits ? nodes.size() : kChunk, [&](std::size_t begin, std::size_t end) {
-    Place at = places[begin / kChunk];
+  for_chunks(nodes.size(), splits ? nodes.size() : kLeavesAtOnce, [&](std::size_t begin, std::size_t end) {
+    Place at = places[begin / kLeavesAtOnce];
     for (std::size_t i = begin; i < end; at.pass(nodes[i++])) {
       const std::uint32_t held = leaf_size(nodes[i]);
       bvh.nodes[i] = {{}, {}, held, held ? at.reference : nodes[i]};

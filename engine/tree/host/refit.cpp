@@ -14,9 +14,9 @@ namespace ballot {
 namespace {
 
 // A fixed size, so that sums over chunks do not depend on the machine.
-constexpr std::size_t kChunk = 1 << 15;
+constexpr std::size_t kRefitChunk = 1 << 15;
 
-std::size_t chunks_of(std::size_t count) { return (count + kChunk - 1) / kChunk; }
+std::size_t chunks_of(std::size_t count) { return (count + kRefitChunk - 1) / kRefitChunk; }
 
 /// The share of a chunk of nodes in a refit.
 struct ChunkShare {
@@ -33,7 +33,7 @@ class Refit {
       : bvh_(bvh), triangles_(triangles), settings_(settings), parts_(chunks_of(bvh.nodes.size())) {}
 
   void run() {
-    for_chunks(bvh_.nodes.size(), kChunk, [&](std::size_t begin, std::size_t end) { refit_chunk(begin, end); });
+    for_chunks(bvh_.nodes.size(), kRefitChunk, [&](std::size_t begin, std::size_t end) { refit_chunk(begin, end); });
     double cost = 0;
     for (std::size_t p = parts_.size(); p-- > 0;) {
       for (const std::uint32_t i : parts_[p].later) unite(bvh_.nodes[i], parts_[p]);
@@ -47,7 +47,7 @@ class Refit {
 
  private:
   void refit_chunk(std::size_t begin, std::size_t end) {
-    ChunkShare& part = parts_[begin / kChunk];
+    ChunkShare& part = parts_[begin / kRefitChunk];
     for (std::size_t i = end; i-- > begin;) {
       if (i == 1) continue;  // not used
       BvhNode& node = bvh_.nodes[i];
@@ -104,7 +104,7 @@ MovedTriangles check_moved(std::span<const Triangle> before, std::size_t degener
   if (now.empty()) return {};
   std::vector<Bounds> parts(chunks_of(now.size()));
   std::atomic<bool> valid{true}, same{true};
-  for_chunks(now.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+  for_chunks(now.size(), kRefitChunk, [&](std::size_t begin, std::size_t end) {
     Bounds box = bounds_of(now[begin]);
     bool fits = true, alike = true;
     for (std::size_t i = begin; i < end; ++i) {
@@ -113,7 +113,7 @@ MovedTriangles check_moved(std::span<const Triangle> before, std::size_t degener
       fits &= is_in_range(now[i]);
       alike &= is_degenerate(now[i]) == (degenerate > 0 && is_degenerate(before[i]));
     }
-    parts[begin / kChunk] = box;
+    parts[begin / kRefitChunk] = box;
     if (!fits) valid = false;
     if (!alike) same = false;
   });
