@@ -195,8 +195,8 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   const bool as_double = is_double(query), by_winding = decides_by_winding(query);
   PointQuery how = point_query(query, as_double);
   if (as_double && (how.sides || by_winding || to.windings))
-    refuse(fmt::format("sign is '{}' and numeric is 'double'; expected parity",
-                       how.sides ? "pseudonormal" : "winding"));
+    refuse(
+        fmt::format("sign is '{}' and numeric is 'double'; expected parity", how.sides ? "pseudonormal" : "winding"));
   NearestArrays out(to, scene, points, how.sides, by_winding, as_double);
   const bool signs = to.signed_distances || to.inside || to.windings;
   for (const auto& [filter, name] :

@@ -95,7 +95,8 @@ void merge_range(uint first, uint split, uint last, bool root) {
   subgroup_sync();
 }
 
-// Returns true if the keys at a and a + 1, whose difference is x, have a longer common prefix than those at b and b + 1.
+// Returns true if the keys at a and a + 1 have a longer common prefix than those at b and b + 1. x and y: their
+// differences.
 bool has_longer_prefix(uint a, uvec2 x, uint b, uvec2 y) {
   if (x.x != y.x) return x.x < y.x;
   if (x.y != y.y) return x.y < y.y;

@@ -96,10 +96,10 @@ void DeviceBuilder::upload(Context& gpu, std::span<const Triangle> triangles, Bu
 }
 
 // 1.5 bits for each doubling of the triangles of a surface put about one triangle into a cell. Four bits less are as
-// good: with 24, 32 and 40 bits, the SAH costs of a wavy grid of 10^6 triangles are 64.43, 64.01 and 64.01, those of one
-// of 10^7 with 32 and 40 bits 77.12 and 77.46; with 32, 40 and 64 bits, those of sponza, teapot-stadium and terrain-utm
-// are equal to 0.1 %. With 24 bits that of sponza (66 454 triangles) is larger by 1.4 %, those of grids of 10^4 and 10^5
-// are equal. Codes of 40 bits instead of 32 take an H200 1.0 ms more for 10^7 triangles, a tenth of the build.
+// good: with 24, 32 and 40 bits, the SAH costs of a wavy grid of 10^6 triangles are 64.43, 64.01 and 64.01, those of
+// one of 10^7 with 32 and 40 bits 77.12 and 77.46; with 32, 40 and 64 bits, those of sponza, teapot-stadium and
+// terrain-utm are equal to 0.1 %. With 24 bits that of sponza (66 454 triangles) is larger by 1.4 %, those of grids of
+// 10^4 and 10^5 are equal. Codes of 40 bits instead of 32 take an H200 1.0 ms more for 10^7 triangles, a tenth of all.
 std::uint32_t DeviceBuilder::code_bits(std::uint32_t triangles) {
   constexpr std::uint32_t kFew = 1 << 14;
   if (triangles < kFew) return 24;
