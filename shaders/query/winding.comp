@@ -55,8 +55,16 @@ float half_angle_of(Probe p, uint texel) {
   return angle_of(across, along);
 }
 
+// The sum of shares, and what its additions have lost by rounding (Knuth's two-sum): a walk may add many thousands.
+float sum = 0.0, lost = 0.0;
+void add(float share) {
+  precise float next = sum + share, back = next - sum, rest = (sum - (next - back)) + (share - back);
+  lost += rest;
+  sum = next;
+}
+
 // Adds the share of a node to 4 pi w if it is far. Returns true if it is near.
-bool is_near(Probe p, uint at, float beta2, inout float sum) {
+bool is_near(Probe p, uint at, float beta2) {
   vec4 ball = moments[at];
   vec3 d = ball.xyz * p.scale - p.scaled;
   float r = ball.w * p.scale, distance2 = dot(d, d);
@@ -64,7 +72,7 @@ bool is_near(Probe p, uint at, float beta2, inout float sum) {
   float inverse = inversesqrt(distance2), x = r * inverse;
   vec3 u = d * inverse, diagonal = moments[at + 2u].xyz, mixed = moments[at + 3u].xyz;
   float bent = dot(diagonal, u * u) + 2.0 * dot(mixed, u.yzx * u.zxy);
-  sum += x * x * (dot(moments[at + 1u].xyz, u) + x * (diagonal.x + diagonal.y + diagonal.z - 3.0 * bent));
+  add(x * x * (dot(moments[at + 1u].xyz, u) + x * (diagonal.x + diagonal.y + diagonal.z - 3.0 * bent)));
   return false;
 }
 
@@ -74,7 +82,7 @@ void main() {
   vec4 record = ray_half(inside ? index : push.ray_begin);
   bool live = inside && is_finite(record.xyz);
   Probe p = make_probe(live ? record.xyz : push.scene_lo);
-  float beta2 = moments[0].x, sum = 0.0;
+  float beta2 = moments[0].x;
   uint stack[STACK_SIZE];
   uint top = 0u, node = live ? push.root : END_OF_TREE;
   stack[top++] = END_OF_TREE;
@@ -82,7 +90,7 @@ void main() {
     while (is_inner(node)) {
       Pair pair = fetch_pair(node);
       uint at = 1u + node / PAIR_TEXELS(BALLOT_LAYOUT) * (2u * MOMENT_TEXELS);
-      bool l = is_near(p, at, beta2, sum), r = is_near(p, at + MOMENT_TEXELS, beta2, sum);
+      bool l = is_near(p, at, beta2), r = is_near(p, at + MOMENT_TEXELS, beta2);
       uint popped = stack[top - 1u];
       stack[top] = pair.right;
       top += uint(l && r);
@@ -92,11 +100,11 @@ void main() {
     if (CAME_TO_LEAF(node)) {
       uint block = node & LEAF_TEXEL_MASK, count = (node >> LEAF_COUNT_SHIFT & 7u) + 1u, i = 0u;
       do {
-        sum += 2.0 * half_angle_of(p, block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS);
+        add(2.0 * half_angle_of(p, block + LEAF_HEADER_TEXELS + i * TRIANGLE_TEXELS));
         ++i;
       } while (i < count);
       node = stack[--top];
     }
   }
-  if (inside) answers[index] = finish_walks(1u) ? floatBitsToUint(sum / (4.0 * PI)) : UNFINISHED;
+  if (inside) answers[index] = finish_walks(1u) ? floatBitsToUint((sum + lost) / (4.0 * PI)) : UNFINISHED;
 }

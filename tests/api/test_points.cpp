@@ -162,7 +162,7 @@ TEST_F(Points, SignsByPseudonormals) {
   };
   EXPECT_NE(refused("pseudonormal").find("at 3 of the 18 edges both run in the same direction"), std::string::npos)
       << refused("pseudonormal");
-  EXPECT_NE(refused("odd").find("sign is 'odd'; expected parity or pseudonormal"), std::string::npos);
+  EXPECT_NE(refused("odd").find("sign is 'odd'; expected parity, pseudonormal or winding"), std::string::npos);
   turned.nearest(points, {.signed_distances = signs}, {.sign = "pseudonormal", .assume_closed = true});
 }
 

@@ -142,7 +142,7 @@ TEST_F(Points, SignsByPseudonormals) {
     }
   refuse(2, {"--sign pseudonormal: give --signed"},
          {"distance", "box.obj", "--points", "points.npy", "--out", "e.npy", "--sign", "pseudonormal"});
-  refuse(2, {"sign is 'normal'; expected parity or pseudonormal"},
+  refuse(2, {"sign is 'normal'; expected parity, pseudonormal or winding"},
          {"distance", "box.obj", "--points", "points.npy", "--out", "e.npy", "--signed", "--sign", "normal"});
   const Words turned{"distance", "turned.obj", "--points", "points.npy",  "--out",
                      "e.npy",    "--signed",   "--sign",   "pseudonormal"};

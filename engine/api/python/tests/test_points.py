@@ -71,7 +71,7 @@ class Nearest(unittest.TestCase):
         got = scene.compute_signed_distance(np.float32(points), sign="pseudonormal")
         self.assertEqual(np.signbit(got).tolist(), [True, False, False])
         self.assertEqual(scene.compute_occupancy(np.float32(points), sign="pseudonormal").tolist(), [1, 0, 0])
-        with self.assertRaisesRegex(ValueError, "sign is 'normal'; expected parity or pseudonormal"):
+        with self.assertRaisesRegex(ValueError, "sign is 'normal'; expected parity, pseudonormal or winding"):
             open_cube.nearest(points, ("inside",), sign="normal")
 
     def test_bad_input(self):
