@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 
 #include "engine/core/interruption.h"
@@ -10,16 +12,30 @@ namespace ballot {
 
 namespace {
 
-/// Sums over the triangles below a node, in scene units.
+/// The components of a symmetric tensor of third order.
+constexpr int kTriples[10][3] = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {0, 0, 1}, {0, 0, 2},
+                                 {1, 1, 0}, {1, 1, 2}, {2, 2, 0}, {2, 2, 1}, {0, 1, 2}};
+enum { XXX, YYY, ZZZ, XXY, XXZ, YYX, YYZ, ZZX, ZZY, XYZ };
+
+/// Sums over the triangles below a node, in scene units: of areas times normals, and the symmetric parts of the
+/// integrals of these times the way from the centre, once and twice.
 struct NodeMoments {
-  glm::dvec3 centre{0}, dipole{0}, diagonal{0}, mixed{0};  // dipole: of areas times normals
+  glm::dvec3 centre{0}, dipole{0};
+  glm::dmat3 second{0};
+  double third[10] = {};
   double area = 0, radius = 0;
 
   /// Adds those of a child, or of a triangle. `centre` is final.
   void add(const NodeMoments& of) {
     const glm::dvec3 to = of.centre - centre, n = of.dipole;
-    diagonal += of.diagonal + n * to;
-    mixed += of.mixed + 0.5 * glm::dvec3(n.y * to.z + n.z * to.y, n.z * to.x + n.x * to.z, n.x * to.y + n.y * to.x);
+    const glm::dmat3& q = of.second;
+    for (int c = 0; c < 10; ++c) {
+      const auto [i, j, k] = kTriples[c];
+      third[c] += of.third[c] + (2 * (q[i][j] * to[k] + q[i][k] * to[j] + q[j][k] * to[i]) + n[i] * to[j] * to[k] +
+                                 n[j] * to[i] * to[k] + n[k] * to[i] * to[j]) /
+                                    3;
+    }
+    second += q + 0.5 * (glm::outerProduct(n, to) + glm::outerProduct(to, n));
     dipole += n;
     radius = std::max(radius, glm::length(to) + of.radius);
   }
@@ -31,7 +47,16 @@ NodeMoments moments_of(const Triangle& t) {
   m.centre = (a + b + c) / 3.0;
   m.dipole = 0.5 * glm::cross(b - a, c - a);
   m.area = glm::length(m.dipole);
-  m.radius = std::max({glm::length(a - m.centre), glm::length(b - m.centre), glm::length(c - m.centre)});
+  glm::dmat3 spread(0);  // of the triangle's area, divided by the area
+  for (const glm::dvec3& corner : {a - m.centre, b - m.centre, c - m.centre}) {
+    m.radius = std::max(m.radius, glm::length(corner));
+    spread += glm::outerProduct(corner, corner) / 12.0;
+  }
+  const glm::dvec3& n = m.dipole;
+  for (int at = 0; at < 10; ++at) {
+    const auto [i, j, k] = kTriples[at];
+    m.third[at] = (n[i] * spread[j][k] + n[j] * spread[i][k] + n[k] * spread[i][j]) / 3;
+  }
   return m;
 }
 
@@ -64,12 +89,20 @@ class Summing {
   }
 
  private:
+  /// What a far node adds has no use for traces: without them fewer numbers do.
   static void write(const NodeMoments& m, glm::vec4* to) {
     const double r = std::max(m.radius, 1e-30) * (1 + 0x1p-20);
+    const glm::dvec3 d = m.dipole / (r * r);
+    const double trace = (m.second[0][0] + m.second[1][1] + m.second[2][2]) / 3;
+    const glm::dmat3 q = (-3 / (r * r * r)) * (m.second - glm::dmat3(trace));
+    const double* t = m.third;
+    const double x = (t[XXX] + t[YYX] + t[ZZX]) / 5, y = (t[XXY] + t[YYY] + t[ZZY]) / 5,
+                 z = (t[XXZ] + t[YYZ] + t[ZZZ]) / 5, f = 7.5 / (r * r * r * r);
     to[0] = glm::vec4(glm::vec3(m.centre), float(r));
-    to[1] = glm::vec4(glm::vec3(m.dipole / (r * r)), 0);
-    to[2] = glm::vec4(glm::vec3(m.diagonal / (r * r * r)), 0);
-    to[3] = glm::vec4(glm::vec3(m.mixed / (r * r * r)), 0);
+    to[1] = glm::dvec4(d, f * t[XYZ]);
+    to[2] = glm::dvec4(q[0][0], q[1][1], q[2][2], f * (t[XXY] - y));
+    to[3] = glm::dvec4(q[1][2], q[0][2], q[0][1], f * (t[XXZ] - z));
+    to[4] = f * glm::dvec4(t[YYX] - x, t[YYZ] - z, t[ZZX] - x, t[ZZY] - y);
   }
 
   const Bvh& bvh_;

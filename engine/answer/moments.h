@@ -15,7 +15,7 @@ namespace ballot {
 /// header that is zero. Each triangle lies in one leaf.
 std::vector<glm::vec4> moments_of(const Bvh& bvh, std::span<const Triangle> triangles);
 
-/// Those of a tree on the device: 128 bytes a leaf. Belongs to the thread of its Context.
+/// Those of a tree on the device: 160 bytes a leaf. Belongs to the thread of its Context.
 class Moments {
  public:
   explicit Moments(Context& gpu) : gpu_(gpu) {}

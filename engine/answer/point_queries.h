@@ -93,7 +93,7 @@ class PointQueries {
   bool has_cells() const;
 
   /// Finds the winding number of the triangles around each point: the sum of their solid angles over 4 pi, each
-  /// positive where the point sees its back (shaders/query/winding.comp). Far nodes count as a dipole and a quadrupole
+  /// positive where the point sees its back (shaders/query/winding.comp). Far nodes count by three terms of a series
   /// (query.beta); tools/measured/queries.md has the error. 0 for dead points; limits are ignored. Throws as nearest(),
   /// and Error(Arguments) for instances, shapes, query.exact and a beta that is too small.
   TraceTimes winding(const WindingStream& stream, const PointQuery& query = {});

@@ -176,7 +176,7 @@ typedef struct BallotQuery {
    * on the device. */
   uint32_t strongest BALLOT_ZERO;
   BallotText value BALLOT_ZERO; /* Of hits: the name of the attribute of one number that strongest goes by */
-  /* Of points: of winding numbers: triangles together count as a dipole and a quadrupole if they are farther away than
+  /* Of points: of winding numbers: triangles together count by three terms of a series if they are farther away than
    * so many radii of a ball around them. At least 1; 0: 2 */
   float beta BALLOT_ZERO;
 } BallotQuery;
@@ -334,7 +334,7 @@ typedef struct BallotNearest {
   double* distances_double BALLOT_ZERO;
   /* 3 each: in double, what u and v of its triangle name; of shapes as points */
   double* points_double BALLOT_ZERO;
-  float* windings BALLOT_ZERO; /* winding numbers: 1 inside of a closed mesh, 0 outside, between these around gaps */
+  float* windings BALLOT_ZERO; /* winding numbers: 1 inside of a closed mesh, 0 outside */
 } BallotNearest;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of
@@ -356,7 +356,7 @@ typedef struct BallotNearest {
  *           meshes with gaps. The error falls as 1 / beta^2: with beta 2 it was at most 0.07 on the meshes that were
  *           measured, 0.005 in the mean, with 4 a quarter. On the surface it is arbitrary between the values on its
  *           sides. Not of instances and shapes (layout "merge" makes one mesh), nor with numeric "exact". Neither
- *           limits nor closedness count. 128 bytes a leaf.
+ *           limits nor closedness count. 160 bytes a leaf.
  * Exact     With numeric "exact" the nearest triangle and what is inside are those of exact arithmetic, signs by
  *           pseudonormals for these as rounded to float32. The host decides what the device leaves open, and looks for
  *           each nearest triangle again.

@@ -7,12 +7,13 @@
 // Sources: Gavin Barill, Neil G. Dickson, Ryan Schmidt, David I. W. Levin, Alec Jacobson. Fast Winding Numbers for
 // Soups and Clouds. ACM Transactions on Graphics 37(4), 2018 (a node far away is replaced by the first terms of its
 // Taylor series); A. van Oosterom, J. Strackee. The Solid Angle of a Plane Triangle. IEEE Transactions on Biomedical
-// Engineering 30(2), 1983. Differs: two terms of three, in units of the node's radius.
+// Engineering 30(2), 1983. Differs: tensors are symmetric, without traces, and in units of the node's radius.
 //
 // A node counts as far if the distance d of its centre p from the point q is more than beta times its radius r, which
-// holds all its triangles. With areas a, unit normals n and centroids c of these, D = sum of a n / r^2, Q the symmetric
-// part of the sum of a n (c - p)^T / r^3, u = (p - q) / d and x = r / d, which is below 1 / beta:
-//   4 pi w = x^2 D . u + x^3 (trace Q - 3 u . Q u) + terms of x^4.
+// holds all its triangles. With normals n, integrals over its triangles, and the symmetric parts of tensors without
+// their traces, D = integral of n / r^2, Q = -3 times that of n (x - p) / r^3, T = 7.5 times that of
+// n (x - p) (x - p) / r^4, u = (p - q) / d and x = r / d, which is below 1 / beta:
+//   4 pi w = x^2 D . u + x^3 Q(u, u) + x^4 T(u, u, u) + terms of x^5.
 //
 // Rounding: a triangle's determinant is that of a corner and two edges, so it is off by some 2^-22 of the product of
 // their lengths, and its angle by some 2^-22. The angle of a corner at the point, and the sign on a triangle, are
@@ -70,9 +71,14 @@ bool is_near(Probe p, uint at, float beta2) {
   float r = ball.w * p.scale, distance2 = dot(d, d);
   if (!(distance2 > beta2 * r * r)) return true;
   float inverse = inversesqrt(distance2), x = r * inverse;
-  vec3 u = d * inverse, diagonal = moments[at + 2u].xyz, mixed = moments[at + 3u].xyz;
-  float bent = dot(diagonal, u * u) + 2.0 * dot(mixed, u.yzx * u.zxy);
-  add(x * x * (dot(moments[at + 1u].xyz, u) + x * (diagonal.x + diagonal.y + diagonal.z - 3.0 * bent)));
+  vec3 u = d * inverse, u2 = u * u;
+  vec4 first = moments[at + 1u], second = moments[at + 2u], mixed = moments[at + 3u], third = moments[at + 4u];
+  float bent = dot(second.xyz, u2) + 2.0 * dot(mixed.xyz, u.yzx * u.zxy);
+  float twisted = u.x * (third.x * (3.0 * u2.y - u2.x) + third.z * (3.0 * u2.z - u2.x)) +
+                  u.y * (second.w * (3.0 * u2.x - u2.y) + third.w * (3.0 * u2.z - u2.y)) +
+                  u.z * (mixed.w * (3.0 * u2.x - u2.z) + third.y * (3.0 * u2.y - u2.z)) +
+                  6.0 * first.w * u.x * u.y * u.z;
+  add(x * x * (dot(first.xyz, u) + x * (bent + x * twisted)));
   return false;
 }
 

@@ -37,9 +37,9 @@
 #define BIND_LISTED_COUNT 41   // how many they are
 
 // shaders/query/winding.comp: a header (beta^2, 0, 0, 0), then MOMENT_TEXELS for each child of each pair, in order:
-//   (centre, radius) (dipole, 0) (quadrupole xx, yy, zz, 0) (quadrupole yz, zx, xy, 0)
+//   (centre, radius) (D, T xyz) (Q xx, yy, zz, T xxy) (Q yz, zx, xy, T xxz) (T yyx, yyz, zzx, zzy)
 #define BIND_NODE_MOMENTS 42
-#define MOMENT_TEXELS 4
+#define MOMENT_TEXELS 5
 
 // shaders/query/columns.comp, surfaces.comp and values.comp.
 #define BIND_PRIM_TABLE 26    // in: placements and ids of triangles (engine/answer/columns.h)

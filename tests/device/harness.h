@@ -107,6 +107,12 @@ inline std::size_t count_different(std::span<const Hit> a, std::span<const Hit> 
   for (std::size_t i = 0; i < a.size(); ++i) n += std::memcmp(&a[i], &b[i], sizeof(Hit)) != 0;
   return n;
 }
+/// The number of hits of other primitives.
+inline std::size_t count_other_prims(std::span<const Hit> a, std::span<const Hit> b) {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) n += a[i].prim != b[i].prim;
+  return n;
+}
 
 /// Returns a permutation that scatters neighbours: i -> (i * step + 17) mod n, with step coprime to n.
 inline std::vector<std::size_t> scatter_order(std::size_t n) {

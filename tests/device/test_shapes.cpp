@@ -283,7 +283,6 @@ TEST_F(ShapesTest, Refusals) {
   EXPECT_THROW(traced(*world, rays, {.method = "while-while", .numeric = "fast"}), Error);
   EXPECT_NO_THROW(traced(*world, rays, {.method = "while-while", .numeric = "plain"}));
   EXPECT_THROW(counts(world->rays(), rays, {.exact = true}), Error);
-  EXPECT_THROW(world->render(world->scene().views[0], {.width = 8, .height = 8}), Error);
   const auto stretched = world_of(
       scene_of({{ShapeKind::Spheres, random_shapes(ShapeKind::Spheres, 10, 0.1f, 1)}}, {{0, spun(0, 1, {}, 2)}}));
   std::vector<ProbePoint> points(10, {{0, 0, 0}, INFINITY});

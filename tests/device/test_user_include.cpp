@@ -10,8 +10,8 @@ namespace {
 /// Returns the text for a device and a tree.
 std::string included(const UserText& user, const DeviceInfo& device, const TreeFacts& tree) {
   WholeText whole = whole_text(user);
-  for (const char* define : {"BALLOT_HAS_INSTANCES", "BALLOT_STORED"})
-    whole.defines.emplace_back(define, define[7] == 'H' && tree.top_depth > 0);
+  for (const char* define : {"BALLOT_HAS_INSTANCES", "BALLOT_STORED", "BALLOT_HAS_SHAPES"})
+    whole.defines.emplace_back(define, std::string_view(define) == "BALLOT_HAS_INSTANCES" && tree.top_depth > 0);
   return flat_include(
       user, own_source("called", device, tree, whole.defines, {whole.text, user.name, user.numeric, true}), device);
 }
