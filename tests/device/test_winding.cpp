@@ -62,8 +62,8 @@ TEST_F(Winding, IsThatOfAllTriangles) {
                                      shapes::scaled(shapes::sphere(2), 1e-9f),
                                      shapes::soup(1, 1)};
   for (const shapes::Triangles& triangles : cases) {
-    EXPECT_LT(error_of(triangles, 2), 0.08);
-    EXPECT_LT(error_of(triangles, 4), 0.02);
+    EXPECT_LT(error_of(triangles, 2), 0.02);
+    EXPECT_LT(error_of(triangles, 4), 0.002);
     EXPECT_LT(error_of(triangles, 1e6f), 1e-5);
   }
 }
@@ -71,7 +71,7 @@ TEST_F(Winding, IsThatOfAllTriangles) {
 // A tree with spatial splits is not walked: each triangle counts once.
 TEST_F(Winding, OfOtherTrees) {
   const shapes::Triangles ball = holed(shapes::sphere(4));
-  EXPECT_LT(error_of(ball, 4, BuilderId::Best), 0.02);
+  EXPECT_LT(error_of(ball, 4, BuilderId::Best), 0.002);
 }
 
 TEST_F(Winding, OfDeadPointsAndEmptyScenes) {
