@@ -12,10 +12,10 @@ namespace ballot {
 
 namespace {
 
-/// The components of a symmetric tensor of third order.
+/// The components of a symmetric tensor of third order, and their numbers.
 constexpr int kTriples[10][3] = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}, {0, 0, 1}, {0, 0, 2},
                                  {1, 1, 0}, {1, 1, 2}, {2, 2, 0}, {2, 2, 1}, {0, 1, 2}};
-enum { XXX, YYY, ZZZ, XXY, XXZ, YYX, YYZ, ZZX, ZZY, XYZ };
+enum { T000, T111, T222, T001, T002, T110, T112, T220, T221, T012 };
 
 /// Sums over the triangles below a node, in scene units: of areas times normals, and the symmetric parts of the
 /// integrals of these times the way from the centre, once and twice.
@@ -96,13 +96,13 @@ class Summing {
     const double trace = (m.second[0][0] + m.second[1][1] + m.second[2][2]) / 3;
     const glm::dmat3 q = (-3 / (r * r * r)) * (m.second - glm::dmat3(trace));
     const double* t = m.third;
-    const double x = (t[XXX] + t[YYX] + t[ZZX]) / 5, y = (t[XXY] + t[YYY] + t[ZZY]) / 5,
-                 z = (t[XXZ] + t[YYZ] + t[ZZZ]) / 5, f = 7.5 / (r * r * r * r);
+    const double x = (t[T000] + t[T110] + t[T220]) / 5, y = (t[T001] + t[T111] + t[T221]) / 5,
+                 z = (t[T002] + t[T112] + t[T222]) / 5, f = 7.5 / (r * r * r * r);
     to[0] = glm::vec4(glm::vec3(m.centre), float(r));
-    to[1] = glm::dvec4(d, f * t[XYZ]);
-    to[2] = glm::dvec4(q[0][0], q[1][1], q[2][2], f * (t[XXY] - y));
-    to[3] = glm::dvec4(q[1][2], q[0][2], q[0][1], f * (t[XXZ] - z));
-    to[4] = f * glm::dvec4(t[YYX] - x, t[YYZ] - z, t[ZZX] - x, t[ZZY] - y);
+    to[1] = glm::dvec4(d, f * t[T012]);
+    to[2] = glm::dvec4(q[0][0], q[1][1], q[2][2], f * (t[T001] - y));
+    to[3] = glm::dvec4(q[1][2], q[0][2], q[0][1], f * (t[T002] - z));
+    to[4] = f * glm::dvec4(t[T110] - x, t[T112] - z, t[T220] - x, t[T221] - y);
   }
 
   const Bvh& bvh_;

@@ -47,7 +47,8 @@ class DoubleMode : public DeviceTest {
 };
 
 TEST_F(DoubleMode, EveryMethodHasTheBitsOfTheOracle) {
-  if (!gpu_->info().float64 || !at_default_size(gpu_->info())) GTEST_SKIP();
+  if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
+  if (!at_default_size(gpu_->info())) GTEST_SKIP() << "lavapipe compiles too long";
   const auto t = make(*gpu_, shapes::soup(3000, 0.1f));
   const std::vector<Ray> rays = all_rays(*t);
   const OracleInDouble oracle(t->tracer->pair_tree(NodeLayout::Interleaved), t->triangles, {});
@@ -69,7 +70,8 @@ TEST_F(DoubleMode, EveryMethodHasTheBitsOfTheOracle) {
 }
 
 TEST_F(DoubleMode, RaysAndVerticesInDoubleHaveTheBitsOfTheOracle) {
-  if (!gpu_->info().float64 || !at_default_size(gpu_->info())) GTEST_SKIP();
+  if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
+  if (!at_default_size(gpu_->info())) GTEST_SKIP() << "lavapipe compiles too long";
   for (const float budget : {0.f, 4.f}) {  // without and with triangles that several leaves hold
     const auto t = make(*gpu_, shapes::soup(3000, 0.1f), {.split_budget = budget});
     const std::vector<CornersInDouble> corners = take_doubles(*t);
@@ -93,7 +95,7 @@ TEST_F(DoubleMode, RaysAndVerticesInDoubleHaveTheBitsOfTheOracle) {
 }
 
 TEST_F(DoubleMode, WalksThatADriverCutsShortAreFinished) {
-  if (!gpu_->info().float64) GTEST_SKIP();
+  if (!gpu_->info().float64) GTEST_SKIP() << "the device lacks float64";
   const auto t = make(*gpu_, shapes::identical(40000), {.max_leaf = 2, .split_budget = 0});
   const auto rays = shapes::random_rays(33);
   const OracleInDouble oracle(t->tracer->pair_tree(NodeLayout::Interleaved), t->triangles, {});

@@ -93,14 +93,7 @@ void change_ray() {}
 #include "surely_missed.glsl"
 #include "sheared_double.glsl"
 
-// Marks the triangle unless it is surely missed. Reports no hit yet.
-bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
-  t = u = v = 0.0;
-  if (space.marked == 0u) space.first_texel = triangle.at;
-  if (!surely_missed(ray, space, corners_of(triangle)))
-    space.marked |= 1u << (triangle.at - space.first_texel) / TRIANGLE_TEXELS;
-  return false;
-}
+#include "marked_leaf.glsl"
 
 // Makes a triangle's hit the best one if it is in range and before that.
 void settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
@@ -113,19 +106,3 @@ void settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
     space.reach = walked_t(space.given, s.t, 0.0lf, space.start);
   }
 }
-
-// Decides the triangles of a leaf that hit_triangle has marked.
-void settle_leaf(inout RaySpace space, inout Hit best) {
-  uint open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : space.marked;
-  while (open != 0u) {
-    settle_triangle(space, space.first_texel + uint(findLSB(open)) * TRIANGLE_TEXELS, best);
-    open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : open & (open - 1u);
-  }
-  space.marked = 0u;
-}
-
-// No hit counts before settle_leaf.
-bool may_count(RaySpace space, float t, Ray ray, Hit best) { return false; }
-bool nearer(inout RaySpace space, float t, uint prim, Hit best) { return false; }
-
-float reach(RaySpace space, Hit best) { return space.reach; }

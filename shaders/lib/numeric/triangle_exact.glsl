@@ -28,7 +28,7 @@ struct RaySpace {
   float start;                 // t of the scaled ray where the walked ray starts (nearer_origin.glsl)
   float origin_room;           // added to distances from the walked ray's origin; 0 if it is exact
   double open_t;               // no triangle that was left open is hit before this t; NOTHING_OPEN without any
-  uint first, marked;          // texel of the leaf's first marked triangle; a bit for each marked one from there on
+  uint first_texel, marked;    // texel of the leaf's first marked triangle; a bit for each marked one from there on
 };
 #define TRIANGLE_SETTLES
 const double NOTHING_OPEN = 1e300lf;
@@ -59,7 +59,7 @@ RaySpace make_ray_space(inout Ray ray, Ray given) {
   space.origin_room = space.start > 0.0 ? 0.25 * largest_of(abs(ray.origin)) : 0.0;
   space.reach = walked_t(given, widen(given.t_max), 0.0lf, space.start);
   space.open_t = NOTHING_OPEN;
-  space.first = 0u;
+  space.first_texel = 0u;
   space.marked = 0u;
   change_ray();
   return space;
@@ -196,14 +196,7 @@ void change_ray() {}
 #include "exact_decision.glsl"
 #endif
 
-// Marks the triangle unless it is surely missed. Reports no hit yet.
-bool hit_triangle(Ray ray, inout RaySpace space, TriangleTexels triangle, out float t, out float u, out float v) {
-  t = u = v = 0.0;
-  if (space.marked == 0u) space.first = triangle.at;
-  if (!surely_missed(ray, space, corners_of(triangle)))
-    space.marked |= 1u << (triangle.at - space.first) / TRIANGLE_TEXELS;
-  return false;
-}
+#include "marked_leaf.glsl"
 
 // Decides whether the ray hits the triangle in range and before the best hit so far. If so, makes it the best hit.
 void settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
@@ -257,22 +250,6 @@ void settle_triangle(inout RaySpace space, uint texel, inout Hit best) {
     space.reach = walked_t(space.given, s.t, s.error, space.start);
   }
 }
-
-// Decides the triangles of a leaf that hit_triangle has marked.
-void settle_leaf(inout RaySpace space, inout Hit best) {
-  uint open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : space.marked;
-  while (open != 0u) {
-    settle_triangle(space, space.first + uint(findLSB(open)) * TRIANGLE_TEXELS, best);
-    open = BALLOT_ANY_HIT != 0 && best.prim != NO_HIT ? 0u : open & (open - 1u);
-  }
-  space.marked = 0u;
-}
-
-// No hit counts before settle_leaf.
-bool may_count(RaySpace space, float t, Ray ray, Hit best) { return false; }
-bool nearer(inout RaySpace space, float t, uint prim, Hit best) { return false; }
-
-float reach(RaySpace space, Hit best) { return space.reach; }
 
 #if BALLOT_DOUBTFUL == DOUBTFUL_LIMITED
 float open_from(RaySpace space) { return has_given_up() ? -3.4e38 : 3.4e38; }
