@@ -46,13 +46,9 @@ class Process(unittest.TestCase):
 class Interrupts(Process):
     LONG = """
         scene = ballot.Scene(*ref.soup({triangles}))
-        rays = np.tile(ref.random_rays(1 << 18), (24, 1))
+        rays = np.tile(ref.random_rays(1 << 18), (12, 1))
         points = rays[:, :3]
         scene.trace(rays[:64])
-        x, y = np.meshgrid(np.arange(800, dtype=np.float32), np.arange(800, dtype=np.float32))
-        corners = np.stack([x, y, np.sin(x) * np.cos(y)], -1).reshape(-1, 3)
-        first = np.arange(799 * 800).reshape(799, 800)[:, :-1].reshape(-1, 1)
-        grid = corners, np.concatenate([first + [0, 1, 800], first + [1, 801, 800]]).astype(np.uint32)
         {setup}
         print("ready", flush=True)
         try:
@@ -62,6 +58,10 @@ class Interrupts(Process):
             print("interrupted", flush=True)
         print(len(scene.trace(rays[:64])), "rays after it")
         """
+    GRID = "x, y = np.meshgrid(np.arange(800, dtype=np.float32), np.arange(800, dtype=np.float32)); " \
+        "corners = np.stack([x, y, np.sin(x) * np.cos(y)], -1).reshape(-1, 3); " \
+        "first = np.arange(799 * 800).reshape(799, 800)[:, :-1].reshape(-1, 1); " \
+        "grid = corners, np.concatenate([first + [0, 1, 800], first + [1, 801, 800]]).astype(np.uint32); "  # fmt: skip
     MOST_SECONDS = 0.5
 
     def interrupt(self, call: str, setup: str = "", triangles: int = 300) -> float:
@@ -103,7 +103,7 @@ class Interrupts(Process):
                "down = np.tile(np.float32([[1, 1, 1, -1, -1, -1]]), (1000, 1))"  # fmt: skip
         self.ends("deep.trace(down)", deep)
         self.ends("deep.nearest(down[:64, :3])", deep)
-        setup = "threading.Thread(target=lambda: [scene.trace(rays, method='while-while') for _ in range(3)], " \
+        setup = "threading.Thread(target=lambda: [scene.trace(rays, method='while-while') for _ in range(2)], " \
                 "daemon=True).start(); time.sleep(0.1)"  # fmt: skip
         self.ends("scene.trace(rays[:1])", "scene.trace(rays[:1]); " + setup)
 
@@ -117,14 +117,14 @@ class Interrupts(Process):
         self.ends("scene.crossings(rays)")
 
     def test_scenes(self):
-        self.ends("ballot.Scene(*grid)")
-        self.ends("ballot.Scene(*grid, builder='best')")
-        self.ends("ref.move(other, 0, corners)", "other = ballot.Scene(*grid, updates='rebuild')")
+        self.ends("ballot.Scene(*grid)", self.GRID)
+        self.ends("ballot.Scene(*grid, builder='best')", self.GRID)
+        self.ends("ref.move(other, 0, corners)", self.GRID + "other = ballot.Scene(*grid, updates='rebuild')")
 
     def test_files(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "a.npz")
-            save = f"np.savez({path!r}, vertices=grid[0], faces=grid[1])"
+            save = self.GRID + f"np.savez({path!r}, vertices=grid[0], faces=grid[1])"
             self.ends(f"ballot.load_scene({path!r}, cache=False)", save)
 
     def test_pictures(self):
@@ -135,7 +135,7 @@ class Interrupts(Process):
     def test_work_that_does_not_stop(self):
         """A call that waits for another thread's ends too; objects may go meanwhile."""
         setup = "other = ballot.Scene(*ref.soup(5)); threading.Thread(target=lambda: [scene.trace(rays, " \
-                "method='while-while') for _ in range(3)], daemon=True).start(); time.sleep(0.1)"
+                "method='while-while') for _ in range(2)], daemon=True).start(); time.sleep(0.1)"
         self.ends("del other; ref.move(scene, 0, ref.soup(300)[0]); other = 0", setup)
 
 

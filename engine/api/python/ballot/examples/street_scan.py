@@ -74,7 +74,7 @@ def picture(cloud: np.ndarray, width: int = 1280, height: int = 720) -> ballot.P
 
 
 if __name__ == "__main__":
-    points = scan(street())
-    path = sys.argv[1] if len(sys.argv) > 1 else "street_scan.png"
+    path, stops = (*sys.argv[1:], *("street_scan.png", "24")[len(sys.argv) - 1 :])
+    points = scan(street(), int(stops))
     picture(points).to_png(path)
     print(f"{path}: {len(points)} returns, of which {np.mean(points['return_number'] > 1):.1%} are not the first")
