@@ -48,7 +48,9 @@ std::vector<std::uint32_t> ValueWriter::place_corners() {
   std::vector<std::uint32_t> first;
   std::size_t count = 0;
   for (const AttributedMesh& m : meshes_) {
-    const std::size_t own = m.indices_there ? m.indices_there->size() : m.indices.size();
+    const std::size_t own = m.heights         ? 3 * m.heights->triangles()
+                            : m.indices_there ? m.indices_there->size()
+                                              : m.indices.size();
     const bool any = own && std::ranges::any_of(m.attributes, is_of_vertices);
     first.push_back(any ? std::uint32_t(count) : NO_HIT);
     count += any ? own : 0;
@@ -58,6 +60,8 @@ std::vector<std::uint32_t> ValueWriter::place_corners() {
     if (first[m] == NO_HIT) continue;
     if (const Buffer<std::uint32_t>* there = meshes_[m].indices_there)
       corners_->copy_from(*there, 0, first[m], there->size());
+    else if (meshes_[m].heights)
+      corners_->upload(corners_of(*meshes_[m].heights), first[m]);
     else
       corners_->upload(meshes_[m].indices, first[m]);
   }

@@ -9,6 +9,7 @@
 
 #include "engine/answer/columns.h"
 #include "engine/answer/sums_there.h"
+#include "engine/model/heights.h"
 
 namespace ballot {
 
@@ -37,12 +38,13 @@ struct MeshAttribute {
   }
 };
 
-/// What a mesh has of attributes, and the vertices of its triangles, three each: on the host or on the device; none:
-/// they come in turn. Keeps a reference to the attributes.
+/// What a mesh has of attributes, and the vertices of its triangles, three each: on the host, on the device, or told by
+/// heights; none: they come in turn. Keeps a reference to the attributes.
 struct AttributedMesh {
   std::vector<MeshAttribute>& attributes;
   std::span<const std::uint32_t> indices = {};
   const Buffer<std::uint32_t>* indices_there = nullptr;
+  std::shared_ptr<const HeightField> heights = {};
 };
 
 /// Writes columns of values. What is needed beside the values is put on the device when somebody first asks; the values

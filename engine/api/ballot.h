@@ -106,6 +106,11 @@ class Scene : public SceneFacts {
     check(ballot_scene_set_vertex_buffer(handle_.get(), mesh, vertices.handle()));
   }
 
+  /// Moves a mesh of heights: as many as it was made with, read by the call.
+  void set_heights(std::uint32_t mesh, std::span<const float> heights) {
+    check(ballot_scene_set_heights(handle_.get(), mesh, heights.data(), heights.size(), 0));
+  }
+
   /// Gives a mesh an attribute, in the place of one of this name that it has. No tree changes.
   void set_attribute(std::uint32_t mesh, const Attribute& attribute) {
     check(ballot_scene_set_attribute(handle_.get(), mesh, &attribute));

@@ -49,7 +49,8 @@ typedef struct BallotMesh {
   size_t normal_stride BALLOT_ZERO;       /* bytes, as position_stride */
   /* What it is made of; NULL: "triangles", three vertices each. "spheres": a vertex with a radius each. "discs": a
    * vertex, a radius, a normal each; flat, met from both sides. "capsules": two vertices with radii each, the convex
-   * hull of two spheres. "boxes": two opposite corners each, along the axes of the mesh.
+   * hull of two spheres. "boxes": two opposite corners each, along the axes of the mesh. "heights": a raster, whose
+   * cells are two triangles each.
    *
    * A ray enters a closed shape and leaves it: two hits, at ends of the same t with one normal. u and v of a hit are
    * its outward normal by the octahedral map, to [0, 1]. The front is the outside, of a disc the side of its normal.
@@ -73,8 +74,18 @@ typedef struct BallotMesh {
    * side along an axis (BallotMeshInfo::rounding tells). position_stride 0: 24. */
   const double* positions_double BALLOT_ZERO;
   /* x, y, z of its own space: the mesh's origin. Zero: that of the scene where it lies in the world by the identity;
-   * else one is found for positions_double. */
+   * else one is found for positions_double and heights. */
   double origin[3] BALLOT_ZERO;
+  /* Of "heights", instead of positions and indices: vertex_count samples row by row, position_stride bytes from one to
+   * the next, 0: 4. Sample c of row r lies at corner[0] + c spacing[0], corner[1] + r spacing[1] and z = its height,
+   * computed in double and kept as positions_double are. NaN: there is none, so no triangle of the sample is there; all
+   * numbers may be NaN. Triangles 2 i and 2 i + 1 are of cell i, counted row by row: of the samples (r, c), (r, c + 1),
+   * (r + 1, c + 1), and (r, c), (r + 1, c + 1), (r + 1, c). All answers are those of a mesh of these triangles. The
+   * scene keeps 4 bytes a sample instead of 24 of indices. */
+  const float* heights BALLOT_ZERO;
+  size_t columns BALLOT_ZERO;    /* samples of a row, at least 2, as there are rows */
+  double spacing[2] BALLOT_ZERO; /* x and y from a sample to the next; above 0 */
+  double corner[2] BALLOT_ZERO;  /* x and y of sample 0 */
 } BallotMesh;
 
 /* How a scene is made. */
@@ -116,9 +127,10 @@ typedef struct BallotSceneOptions {
    * longest side; else there is none. */
   double origin[3] BALLOT_ZERO;
   /* Of files: what points of PLY and rows of .npy are: "spheres", "discs", "capsules" or "boxes" (BallotMesh::shapes).
-   * PLY's are its vertices, though it has faces. NULL: as the file tells. */
+   * PLY's are its vertices, though it has faces. "heights": the .npy is a raster. NULL: as the file tells. */
   BallotText shapes BALLOT_ZERO;
   float radius BALLOT_ZERO; /* Of files: of points and lines of PLY, .npy and glTF that have none; 0: none is given */
+  double spacing[2] BALLOT_ZERO; /* Of files: x and y from a sample of heights to the next; zero: 1 */
 } BallotSceneOptions;
 
 /* Where meshes lie in the world. A mesh may have many instances, or none. */
@@ -207,6 +219,10 @@ BALLOT_API BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t m
 /* The same in double, read by the call. stride 0: 24. */
 BALLOT_API BallotStatus ballot_scene_set_vertices_double(BallotScene* scene, uint32_t mesh, const double* positions,
                                                          size_t count, size_t stride);
+/* Moves a mesh of heights, as ballot_scene_set_vertices() moves others: `count` heights, read by the call. Where others
+ * are NaN than before its tree is built anew. stride 0: 4. */
+BALLOT_API BallotStatus ballot_scene_set_heights(BallotScene* scene, uint32_t mesh, const float* heights, size_t count,
+                                                 size_t stride);
 /* Gives a mesh an attribute, in the place of one of this name that it has. No tree changes. */
 BALLOT_API BallotStatus ballot_scene_set_attribute(BallotScene* scene, uint32_t mesh, const BallotAttribute* attribute);
 /* Adds instances of meshes and writes the number of each; numbers may be NULL. */
@@ -317,6 +333,9 @@ typedef struct BallotMeshInfo {
   double origin[3];    /* the point of its own space that lo, hi and its vertices are counted from */
   double rounding;     /* how far float32 has moved a vertex at most, as the mesh was given last; scene units */
   char shapes[16];     /* what it is made of: BallotMesh::shapes */
+  uint64_t columns;    /* of heights: samples of a row; else 0, as those that follow */
+  double spacing[2];   /* as BallotMesh::spacing */
+  double corner[2];    /* as BallotMesh::corner */
 } BallotMeshInfo;
 /* Tells of a mesh by its place among them, 0 to BallotSceneInfo::meshes - 1; they are in the order of their numbers. */
 BALLOT_API BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo* info);
@@ -348,6 +367,9 @@ BALLOT_API BallotStatus ballot_scene_triangles(BallotScene* scene, float* triang
  * for each of its triangles, or 0 if it was made without. `indices` may be NULL if room is 0. */
 BALLOT_API BallotStatus ballot_scene_indices(BallotScene* scene, uint32_t mesh, uint32_t* indices, size_t room,
                                              size_t* count);
+/* Writes the heights of a mesh of these, named by its number, as it was committed last: as many as its samples, NaN
+ * where there is none. */
+BALLOT_API BallotStatus ballot_scene_heights(BallotScene* scene, uint32_t mesh, float* heights);
 /* Returns the text of the scene's last failed call. */
 BALLOT_API const char* ballot_scene_error(BallotScene* scene);
 

@@ -49,6 +49,17 @@ class SceneFacts {
     return all;
   }
 
+  /// Returns the heights of a mesh of these, named by its number, row by row; NaN: none.
+  std::vector<float> heights(std::uint32_t mesh) const {
+    std::vector<float> all;
+    for (const MeshInfo& info : meshes())
+      if (info.mesh == mesh && info.columns)
+        all = detail::room_for<float>(info.columns * (info.triangles / 2 / (info.columns - 1) + 1));
+    float none = 0;  // refused
+    check(ballot_scene_heights(handle_.get(), mesh, all.empty() ? &none : all.data()));
+    return all;
+  }
+
   /// Returns the numbers of the meshes of this name, in ascending order.
   std::vector<std::uint32_t> find_meshes(const std::string& name) const {
     std::size_t count = 0;

@@ -128,6 +128,17 @@ inline Mesh shapes(const char* kind, std::span<const float> positions, std::span
   return m;
 }
 
+/// Returns a mesh of heights, row by row, `columns` in a row; NaN: none (BallotMesh::heights). `spacing`: x and y from
+/// a sample to the next; `corner`: those of the first.
+inline Mesh heights(std::span<const float> samples, std::size_t columns, const std::array<double, 2>& spacing = {1, 1},
+                    const std::array<double, 2>& corner = {0, 0}) {
+  Mesh m{.vertex_count = samples.size(), .shapes = "heights"};
+  m.heights = samples.data(), m.columns = columns;
+  std::ranges::copy(spacing, m.spacing);
+  std::ranges::copy(corner, m.corner);
+  return m;
+}
+
 /// Returns an attribute over `components` numbers of each value, side by side. Throws Error(BALLOT_ERROR_ARGUMENT) if
 /// they are no multiple.
 inline Attribute attribute(const char* name, std::span<const float> values, std::uint32_t components = 1,

@@ -4,6 +4,7 @@
 #include "engine/api/arrays.h"
 #include "engine/api/edits.h"
 #include "engine/api/mesh_attributes.h"
+#include "engine/api/mesh_heights.h"
 #include "engine/api/mesh_shapes.h"
 #include "engine/api/meshes.h"
 #include "engine/api/origins.h"
@@ -114,9 +115,23 @@ BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const 
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "moving vertices", false, true);
     const MeshState& m = mesh_of(*state, mesh);
+    refuse_heights(m, mesh);
     check_vertex_count(m, count, mesh);
     PendingEdits::Vertices moving{positions, vertex_stride(stride, count, fmt::format("mesh {}: stride", mesh)), count};
     if (m.origin != glm::dvec3(0)) moving = vertices_about(m, positions, nullptr, count, stride, mesh);
+    gone = edits.vertices.extract(mesh);
+    edits.vertices.emplace(mesh, std::move(moving));
+  });
+}
+
+BallotStatus ballot_scene_set_heights(BallotScene* scene, uint32_t mesh, const float* heights, size_t count,
+                                      size_t stride) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    if (count) need(heights, "ballot_scene_set_heights", "heights");
+    MovingVertices gone;
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, "moving heights", false, true);
+    PendingEdits::Vertices moving = moved_heights(mesh_of(*state, mesh), heights, count, stride, mesh);
     gone = edits.vertices.extract(mesh);
     edits.vertices.emplace(mesh, std::move(moving));
   });
@@ -129,6 +144,7 @@ BallotStatus ballot_scene_set_vertex_buffer(BallotScene* scene, uint32_t mesh, B
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "moving vertices", false, true);
     const MeshState& m = mesh_of(*state, mesh);
+    refuse_heights(m, mesh);
     const std::string where = fmt::format("mesh {}", mesh);
     array_of<glm::vec3>(*from, *state, m.vertices, where.c_str(), "vertices");
     const ballot::DeviceVertices there{.buffer = {from, &from->raw()}, .count = m.vertices};

@@ -1,5 +1,6 @@
 // Edits of a scene in double, and those of scenes with origins.
 #include "engine/api/edits.h"
+#include "engine/api/mesh_heights.h"
 
 namespace ballot::api {
 
@@ -66,6 +67,7 @@ BallotStatus ballot_scene_set_vertices_double(BallotScene* scene, uint32_t mesh,
     const DeviceUse use(*state->device);
     PendingEdits& edits = edits_of(*state, "moving vertices", false, true);
     const MeshState& m = mesh_of(*state, mesh);
+    refuse_heights(m, mesh);
     check_vertex_count(m, count, mesh);
     PendingEdits::Vertices moving = vertices_about(m, nullptr, positions, count, stride, mesh);
     gone = edits.vertices.extract(mesh);

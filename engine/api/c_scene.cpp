@@ -85,7 +85,8 @@ BallotStatus ballot_scene_load(BallotDevice* device, const char* path, const Bal
       refuse(fmt::format("ballot_scene_load: origin is ({}, {}, {}); expected none: files find their own", o.origin[0],
                          o.origin[1], o.origin[2]));
     ballot::LoadOptions load{.allow_outside = o.allow_outside != 0, .layout = layout_of(o), .radius = o.radius};
-    if (o.shapes) load.shapes = ballot::find_named(ballot::kShapes, o.shapes.text, "kind of shapes").kind;
+    if (o.shapes) load.shapes = &ballot::find_named(ballot::kShapes, o.shapes.text, "kind of shapes");
+    load.spacing = {o.spacing[0], o.spacing[1]};
     if (o.instances) load.instances = ballot::find_named(ballot::kInstancePolicies, o.instances.text, "instances").id;
     ballot::Scene loaded = ballot::load_scene(path, load);
     for (std::size_t m = 0; m < loaded.instances.meshes(); ++m)
@@ -143,7 +144,12 @@ BallotStatus ballot_scene_mesh(BallotScene* scene, size_t place, BallotMeshInfo*
     const MeshState& mesh = state->meshes.at(i.mesh);
     i.attributes = static_cast<std::uint32_t>(mesh.attributes.size());
     i.rounding = mesh.rounding;
-    write_name(i.shapes, std::string(ballot::info_of(mesh.kind).name));
+    write_name(i.shapes, std::string(mesh.heights ? ballot::kHeights : ballot::info_of(mesh.kind).name));
+    if (mesh.heights) {
+      const ballot::HeightField& field = *mesh.heights;
+      i.columns = field.columns;
+      for (int axis = 0; axis < 2; ++axis) i.spacing[axis] = field.spacing[axis], i.corner[axis] = field.corner[axis];
+    }
     for (int axis = 0; axis < 3; ++axis) i.origin[axis] = mesh.origin[axis];
     for (int axis = 0; axis < 3; ++axis) i.lo[axis] = bounds.lo[axis], i.hi[axis] = bounds.hi[axis];
     write_struct(info, i, "BallotMeshInfo");
@@ -201,9 +207,21 @@ BallotStatus ballot_scene_indices(BallotScene* scene, uint32_t mesh, uint32_t* i
     const DeviceHold hold(*state->device);
     const auto found = state->meshes.find(mesh);
     if (found == state->meshes.end()) refuse(fmt::format("mesh {}: the scene has none of this number", mesh));
-    const std::span<const std::uint32_t> all = indices_of(found->second);
-    std::copy_n(all.begin(), std::min(room, all.size()), indices);
-    *count = all.size();
+    const MeshIndices all = indices_of(found->second);
+    std::copy_n(all.all.begin(), std::min(room, all.all.size()), indices);
+    *count = all.all.size();
+  });
+}
+
+BallotStatus ballot_scene_heights(BallotScene* scene, uint32_t mesh, float* heights) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(heights, "ballot_scene_heights", "heights");
+    const DeviceHold hold(*state->device);
+    const auto found = state->meshes.find(mesh);
+    if (found == state->meshes.end()) refuse(fmt::format("mesh {}: the scene has none of this number", mesh));
+    const auto& field = found->second.heights;
+    if (!field) refuse(fmt::format("mesh {}: it is not of heights; expected one that is", mesh));
+    std::ranges::copy(field->heights, heights);
   });
 }
 

@@ -30,7 +30,7 @@ void take_vertices(SceneState& scene, PendingEdits& edits) {
       moved.triangles = stand_ins(mesh.kind, moved.shapes);
     } else {
       moved.triangles.resize(mesh.triangles);
-      expand(indices_of(mesh), dense.all, moved.triangles);
+      expand(v.heights ? corners_of(*v.heights) : indices_of(mesh).all, dense.all, moved.triangles);
     }
     edits.edits.move_mesh(number, std::move(moved));
   }
@@ -59,6 +59,15 @@ void separate_moved(const SceneState& scene, PendingEdits& edits) {
     }
 }
 
+/// Has the structure change if other samples of heights are missing than before.
+void touch_holes(const SceneState& scene, PendingEdits& edits) {
+  for (const auto& [number, v] : edits.vertices)
+    if (v.heights && edits.edits.mesh_index(number) && !have_same_holes(*v.heights, *scene.meshes.at(number).heights)) {
+      scene.world->placed_scene();
+      edits.edits.touch_mesh(number);
+    }
+}
+
 /// Returns the masks that an array on the device sets; none: there is no such array.
 std::vector<std::uint32_t> read_masks(const PendingEdits& edits) {
   if (!edits.masks_there) return {};
@@ -79,6 +88,7 @@ void end_vertices(SceneState& scene, const PendingEdits& edits) {
     MeshState& mesh = scene.meshes.at(number);
     mesh.bounds.reset();
     mesh.rounding = v.rounding, mesh.in_double = v.in_double;
+    if (v.heights) mesh.heights = v.heights;
   }
 }
 
@@ -86,8 +96,9 @@ void end_vertices(SceneState& scene, const PendingEdits& edits) {
 void commit_moves(SceneState& scene, PendingEdits& edits, std::span<const std::uint32_t> masks) {
   const SceneInstances& all = scene.world->scene_facts().instances;
   std::vector<DenseVertices> dense;
+  std::vector<MeshIndices> indices;
   std::vector<MovedVertices> moved;
-  dense.reserve(edits.vertices.size());
+  dense.reserve(edits.vertices.size()), indices.reserve(edits.vertices.size());
   for (const auto& [number, v] : edits.vertices) {
     const std::size_t mesh = *edits.edits.mesh_index(number);
     MovedVertices& m = moved.emplace_back();
@@ -96,7 +107,7 @@ void commit_moves(SceneState& scene, PendingEdits& edits, std::span<const std::u
     if (state.indices_there && scene.world->reads_vertices_there(mesh))
       m.corners_there = state.indices_there;
     else
-      m.corners = indices_of(state);
+      m.corners = indices.emplace_back(indices_of(state)).all;
     if (!v.there) m.positions = dense.emplace_back(v.positions, v.stride, v.count).all;
   }
   const bool there = edits.transforms_there && edits.edits.transforms().empty();
@@ -137,6 +148,7 @@ bool are_attributes(const PendingEdits& edits) {
 /// Makes edits of meshes and instances true.
 void commit_scene(SceneState& scene, PendingEdits& edits) {
   separate_moved(scene, edits);
+  touch_holes(scene, edits);
   const std::vector<std::uint32_t> masks = read_masks(edits);
   if (!masks.empty() && edits.edits.hides_or_shows(masks)) {
     scene.world->placed_scene();

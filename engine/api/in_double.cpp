@@ -18,13 +18,16 @@ constexpr Hit kNoHit{std::numeric_limits<float>::infinity(), NO_HIT, 0, 0};
 
 /// Writes the corners of a mesh's triangles in double.
 void write_corners(MeshState& mesh, std::span<const Triangle> rounded, std::span<CornersInDouble> to) {
-  if (!mesh.in_double) {
+  if (!mesh.in_double && !mesh.heights) {
     std::ranges::transform(rounded, to.begin(), widened);
     return;
   }
-  const std::span<const std::uint32_t> indices = indices_of(mesh);
+  const MeshIndices indices = indices_of(mesh);
   for (std::size_t i = 0; i < to.size(); ++i)
-    for (std::size_t k = 0; k < 3; ++k) to[i][k] = (*mesh.in_double)[indices.empty() ? 3 * i + k : indices[3 * i + k]];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t vertex = indices.all.empty() ? 3 * i + k : indices.all[3 * i + k];
+      to[i][k] = mesh.heights ? mesh.heights->at(vertex) - mesh.origin : (*mesh.in_double)[vertex];
+    }
 }
 
 /// Returns the largest sum of magnitudes of a row of an instance's matrix.
@@ -119,7 +122,9 @@ void forget_doubles(SceneState& scene) { scene.world->tracer().tree().set_double
 
 void take_doubles(SceneState& scene) {
   DeviceTree& tree = scene.world->tracer().tree();
-  const auto has = [](const auto& mesh) { return mesh.second.in_double != nullptr; };
+  const auto has = [](const auto& mesh) {
+    return mesh.second.in_double || (mesh.second.heights && mesh.second.rounding > 0);
+  };
   if (tree.doubles() || std::ranges::none_of(scene.meshes, has)) return;
   const ballot::Scene& world = scene.world->scene();
   const SceneInstances& all = world.instances;

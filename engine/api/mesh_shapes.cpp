@@ -14,8 +14,9 @@ const ShapeInfo& shapes_of(const BallotMesh& m, const std::string& where) {
                          has ? "some" : "none"));
   };
   as_wanted(info.radii, m.radii != nullptr, "radii");
-  if (info.kind == ShapeKind::Triangles) return info;
-  as_wanted(info.normals, m.normals != nullptr, "normals");
+  as_wanted(info.raster, m.heights != nullptr, "heights");
+  if (&info == &kShapes[0]) return info;
+  if (info.kind != ShapeKind::Triangles) as_wanted(info.normals, m.normals != nullptr, "normals");
   if (m.vertex_buffer || m.index_buffer)
     refuse(
         fmt::format("{}: its {} lie in an array on the device; expected the host's memory: meshes of triangles alone "
@@ -43,6 +44,10 @@ MeshState state_of_file(const ballot::Scene& scene, std::size_t mesh) {
   state.triangles = scene.instances.triangles_of(mesh), state.vertices = info.vertices * state.triangles;
   state.kind = info.kind;
   state.origin = scene.origin;
+  if (scene.heights) {
+    state.heights = scene.heights, state.vertices = scene.heights->heights.size();
+    positions_of(*state.heights, state.origin, state.rounding);
+  }
   if (info.kind == ShapeKind::Triangles) return state;
   for (const ballot::Shape& s : std::span(scene.shapes).subspan(scene.instances.first[mesh], state.triangles)) {
     if (info.radii) state.radii.push_back(s.a.w);

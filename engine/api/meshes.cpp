@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/api/mesh_attributes.h"
+#include "engine/api/mesh_heights.h"
 #include "engine/api/mesh_shapes.h"
 #include "engine/api/origins.h"
 #include "engine/core/parallel.h"
@@ -29,9 +30,11 @@ struct MeshSource {
   std::optional<DeviceVertices> there;     // instead of these
   std::vector<std::array<glm::vec3, 3>> normals;
   std::vector<ballot::Shape> shapes = {};  // whose positions are the corners of what stands in for them
+  std::vector<std::uint32_t> cells = {};   // the corners of triangles that heights tell
 
   std::span<const std::uint32_t> corners() const {
-    return shapes.empty() ? std::span<const std::uint32_t>(state.indices) : std::span<const std::uint32_t>();
+    if (!shapes.empty()) return {};
+    return state.heights ? cells : state.indices;
   }
 };
 
@@ -62,7 +65,15 @@ MeshSource read_vertices(const BallotMesh& m, const MeshBuffers& from, const Sce
   mesh.state.kind = info.kind;
   mesh.state.origin = origin;
   take_indices(m, from, scene, where, mesh.state);
-  if (from.vertices) {
+  if (info.raster) {
+    mesh.state.heights = read_heights(m, where);
+    mesh.state.triangles = mesh.state.heights->triangles();
+    mesh.cells = corners_of(*mesh.state.heights);
+    DenseVertices& to = mesh.positions.emplace();
+    to.gathered = positions_of(*mesh.state.heights, origin, mesh.state.rounding);
+    to.all = to.gathered;
+    check_vertices(to.all, where);
+  } else if (from.vertices) {
     array_of<glm::vec3>(*from.vertices, scene, m.vertex_count, where.c_str(), "vertices");
     mesh.there = {.buffer = {from.vertices, &from.vertices->raw()}, .count = m.vertex_count};
     check_there(*mesh.there, *scene.device->gpu, where);
@@ -80,10 +91,10 @@ MeshSource read_vertices(const BallotMesh& m, const MeshBuffers& from, const Sce
     mesh.state.normals.assign(normals.all.begin(), normals.all.end());
     return mesh;
   }
-  const std::span<const std::uint32_t> corners = indices_of(mesh.state);
-  if (from.indices) check_indices(corners, m.vertex_count, where);
+  const MeshIndices corners = indices_of(mesh.state);
+  if (from.indices) check_indices(corners.all, m.vertex_count, where);
   mesh.normals.resize(mesh.state.triangles);
-  expand(corners, normals.all, mesh.normals);
+  expand(corners.all, normals.all, mesh.normals);
   return mesh;
 }
 
@@ -213,7 +224,9 @@ void check_mesh_count(const BallotMesh* meshes, std::size_t count) {
 }
 
 void check_mesh(const BallotMesh& m, const std::string& where) {
-  const std::size_t each = shapes_of(m, where).vertices;
+  const ShapeInfo& info = shapes_of(m, where);
+  if (info.raster) return check_raster(m, where);
+  const std::size_t each = info.vertices;
   const auto once = [&](bool here, bool there, const char* array, const char* buffer) {
     if (here && there) refuse(fmt::format("{}: both {} and {} are set; expected one of them", where, array, buffer));
   };
@@ -247,6 +260,7 @@ GivenMesh read_mesh(const BallotMesh& m, const MeshBuffers& from, const SceneSta
                     const std::string& where) {
   MeshSource source = read_source(m, from, scene, origin, where);
   GivenMesh mesh{.state = {}, .geometry = {.normals = std::move(source.normals), .kind = source.state.kind}};
+  mesh.geometry.columns = source.state.columns();
   if (from) {
     mesh.there = std::make_shared<TrianglesThere>(make_there(scene, std::span(&source, 1), std::span(&where, 1)));
     mesh.geometry.elsewhere = source.state.triangles;
@@ -274,13 +288,18 @@ void bring_triangles(MeshGeometry& mesh, const TrianglesThere& there) {
   mesh.elsewhere = 0;
 }
 
-std::span<const std::uint32_t> indices_of(MeshState& mesh) {
+MeshIndices indices_of(MeshState& mesh) {
+  if (mesh.heights) {
+    MeshIndices indices{corners_of(*mesh.heights), {}};
+    indices.all = indices.made;
+    return indices;
+  }
   if (mesh.indices.empty() && mesh.indices_there) {
     std::vector<std::uint32_t> read(mesh.indices_there->size());
     mesh.indices_there->download(read);
     mesh.indices = std::move(read);
   }
-  return mesh.indices;
+  return {{}, mesh.indices};
 }
 
 GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> from, const Origins& origins,
@@ -297,7 +316,7 @@ GivenScene read_meshes(const BallotMesh* meshes, std::span<const MeshBuffers> fr
     const BallotMesh m = mesh_struct(meshes, i);
     sources.push_back(read_source(m, from[i], scene, origins.meshes[i], where));
     all.first.push_back(count);
-    all.mesh_labels.push_back({.id = m.id, .kind = sources[i].state.kind});
+    all.mesh_labels.push_back({.id = m.id, .kind = sources[i].state.kind, .columns = sources[i].state.columns()});
     count += sources[i].state.triangles;
     check_triangle_count(count, where);
   }

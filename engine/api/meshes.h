@@ -60,8 +60,13 @@ std::shared_ptr<TrianglesThere> move_there(MeshState& mesh, const DeviceVertices
 /// Has the host have the triangles of a mesh.
 void bring_triangles(MeshGeometry& mesh, const TrianglesThere& there);
 
-/// Returns the indices of a mesh, read back if the host has not had them yet. The device is held.
-std::span<const std::uint32_t> indices_of(MeshState& mesh);
+/// The indices of a mesh: those of its state, or made of its heights.
+struct MeshIndices {
+  std::vector<std::uint32_t> made;
+  std::span<const std::uint32_t> all;
+};
+/// Returns them, read back if the host has not had them yet. The device is held.
+MeshIndices indices_of(MeshState& mesh);
 
 /// Throws Refused if a scene has too many triangles. `where` begins the text.
 void check_triangle_count(std::size_t triangles, const std::string& where);

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "engine/api/mesh_heights.h"
 #include "engine/core/parallel.h"
 #include "engine/model/recentring.h"
 
@@ -64,6 +65,10 @@ std::size_t stride_in(std::size_t given, std::size_t count, const std::string& w
 Box box_of(const BallotMesh& m, const std::string& where) {
   if (m.positions_double)
     return box_of(m.positions_double, stride_in<double>(m.position_stride, m.vertex_count, where), m.vertex_count);
+  if (m.heights) {
+    const HeightBox box = box_of(*read_heights(m, where));
+    return {box.lo, box.hi};
+  }
   if (m.positions)
     return box_of(m.positions, stride_in<float>(m.position_stride, m.vertex_count, where), m.vertex_count);
   return {};
@@ -85,6 +90,9 @@ Box moved(const Box& box, const MatrixInDouble& m) {
 }
 
 bool is_identity(const MatrixInDouble& m) { return m == MatrixInDouble{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}; }
+
+/// Returns true if an origin is found for a mesh.
+bool is_in_double(const BallotMesh& m) { return m.positions_double || m.heights; }
 
 std::string name_of(std::size_t mesh) { return fmt::format("mesh {}", mesh); }
 
@@ -143,7 +151,7 @@ Transform about(const MatrixInDouble& m, const glm::dvec3& mesh, const glm::dvec
 
 glm::dvec3 own_origin(const BallotMesh& m, const std::string& where) {
   const glm::dvec3 given = vector_of(m.origin, where);
-  if (given != glm::dvec3(0) || !m.positions_double) return given;
+  if (given != glm::dvec3(0) || !is_in_double(m)) return given;
   check_mesh(m, where);
   return box_of(m, where).origin();
 }
@@ -156,7 +164,7 @@ Origins find_origins(const BallotMesh* meshes, std::size_t count, const GivenIns
   for (std::size_t i = 0; i < count; ++i) {
     all[i] = mesh_struct(meshes, i);
     origins.meshes[i] = vector_of(all[i].origin, name_of(i));
-    in_double = in_double || all[i].positions_double;
+    in_double = in_double || is_in_double(all[i]);
   }
   const bool is_found = origins.scene == glm::dvec3(0);
   if (is_found && !in_double) return origins;
@@ -179,7 +187,7 @@ Origins find_origins(const BallotMesh* meshes, std::size_t count, const GivenIns
     if (origins.meshes[i] != glm::dvec3(0)) continue;
     if (in_world[i])
       origins.meshes[i] = origins.scene;
-    else if (all[i].positions_double)
+    else if (is_in_double(all[i]))
       origins.meshes[i] = boxes[i].origin();
   }
   return origins;

@@ -115,7 +115,7 @@ ValueWriter& value_writer(SceneState& scene) {
   std::vector<AttributedMesh> meshes;
   for (const MeshLabel& label : scene.world->scene_facts().instances.mesh_labels) {
     MeshState& mesh = scene.meshes.at(label.number);
-    meshes.push_back({mesh.attributes, mesh.indices, mesh.indices_there.get()});
+    meshes.push_back({mesh.attributes, mesh.indices, mesh.indices_there.get(), mesh.heights});
   }
   writer = std::make_unique<ValueWriter>(*scene.device->gpu, scene.places->sum_table(), std::move(meshes));
   return *writer;

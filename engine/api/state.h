@@ -111,10 +111,13 @@ struct MeshState {
   ShapeKind kind = ShapeKind::Triangles;
   std::vector<float> radii = {};  // these two of each vertex, where its shapes have them
   std::vector<glm::vec3> normals = {};
-  std::vector<MeshAttribute> attributes = {};  // on the device, as indices_there
-  glm::dvec3 origin{0};                        // of its own space, that its vertices are counted from
-  double rounding = 0;                         // how far float32 has moved one of its vertices at most
-  VerticesInDouble in_double = {};             // about the origin; null: float32 holds them
+  std::vector<MeshAttribute> attributes = {};       // on the device, as indices_there
+  glm::dvec3 origin{0};                             // of its own space, that its vertices are counted from
+  double rounding = 0;                              // how far float32 has moved one of its vertices at most
+  VerticesInDouble in_double = {};                  // about the origin; null: float32 holds them, or heights tell them
+  std::shared_ptr<const HeightField> heights = {};  // that tell its triangles; or null
+
+  std::size_t columns() const { return heights ? heights->columns : 0; }  // as MeshLabel has it
 };
 
 /// Edits that wait for a commit.
@@ -127,6 +130,7 @@ struct PendingEdits {
     std::vector<glm::vec3> own = {};  // what `positions` names, if the caller's are of another kind or origin
     double rounding = 0;
     VerticesInDouble in_double = {};
+    std::shared_ptr<const HeightField> heights = {};  // that `own` is made of
   };
   PendingEdits(const Scene& scene, SceneNumbers& next) : edits(scene, next) {}
   /// Lets go of what meshes have on the device, which is held.
@@ -154,8 +158,8 @@ struct AnswersThere {
       : columns(gpu, places.prim_table()), sums(gpu, places.sum_table()) {}
   ColumnWriter columns;
   SumWriter sums;
-  std::unique_ptr<ValueWriter> values;  // made on first use; none once meshes have other attributes
-  std::unique_ptr<Buffer<Hit>> hits;
+  std::unique_ptr<ValueWriter> values;         // made on first use; none once meshes have other attributes
+  std::unique_ptr<Buffer<Hit>> hits, valued;   // of traces; of those that pass through the host
   std::unique_ptr<Buffer<ProbePoint>> points;  // these of a part of the points
   std::array<std::unique_ptr<Buffer<std::uint32_t>>, FILTERS> words;
   std::unique_ptr<Buffer<Nearest>> nearest;

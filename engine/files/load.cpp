@@ -61,12 +61,20 @@ void check_shape_options(const SceneFormat& format, const LoadOptions& options) 
   if (options.radius > 0 && !format.points)
     fail(Failure::Arguments, "radius of points: {} files have triangles alone; those with points: {}", format.extension,
          has(&SceneFormat::points));
+  const bool heights = options.shapes && options.shapes->raster;
+  if (options.spacing != glm::dvec2(0) && !heights)
+    fail(Failure::Arguments, "spacing ({}, {}): it is of heights, but the shapes are others; expected none",
+         options.spacing.x, options.spacing.y);
+  const auto is_spacing = [](double x) { return x > 0 && std::isfinite(x); };
+  if (options.spacing != glm::dvec2(0) && (!is_spacing(options.spacing.x) || !is_spacing(options.spacing.y)))
+    fail(Failure::Arguments, "spacing of heights: ({}, {}); expected finite numbers above 0", options.spacing.x,
+         options.spacing.y);
   if (!options.shapes) return;
-  if (*options.shapes == ShapeKind::Triangles)
+  if (options.shapes == &kShapes[0])
     fail(Failure::Arguments, "shapes: triangles are what files of triangles have; expected a kind of points, or none");
   if (!format.chooses_shapes)
     fail(Failure::Arguments, "shapes '{}': {} files tell themselves what they hold; those that do not: {}",
-         info_of(*options.shapes).name, format.extension, has(&SceneFormat::chooses_shapes));
+         options.shapes->name, format.extension, has(&SceneFormat::chooses_shapes));
 }
 
 /// Adds a note if float32 numbers are so far apart where the vertices lie that rounding to them moves a vertex by more

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <span>
 #include <string_view>
 
@@ -15,9 +14,10 @@ struct LoadOptions {
   bool allow_outside = false;  // read buffers, images and materials outside of the scene's folder too
   InstancePolicy instances = InstancePolicy::Auto;  // of glTF; other formats place each mesh once
   Layout layout = Layout::Auto;
-  /// What points of PLY and rows of arrays become, even if the file has triangles; none: what the file tells.
-  std::optional<ShapeKind> shapes = {};
-  float radius = 0;  // of points, lines and rows that have none, in the world; 0: none is given
+  /// What points of PLY and rows of arrays become, even if the file has triangles; null: what the file tells.
+  const ShapeInfo* shapes = nullptr;
+  float radius = 0;       // of points, lines and rows that have none, in the world; 0: none is given
+  glm::dvec2 spacing{0};  // of a raster of heights, along x and y; zero: 1
 };
 
 /// Loads a scene file; the extension chooses the loader (see formats()).
@@ -29,10 +29,11 @@ struct LoadOptions {
 /// and lines of glTF come behind the triangles of their node, spheres before capsules. A scene without triangles is
 /// valid. A file with animations, skins or morph targets is loaded at rest: nodes have their own transforms, skins
 /// follow them. `animation` then tells what moves (set_pose() in pose.h).
-/// Throws Error(Arguments) for a radius that is negative or not finite, and for shapes or a radius of a format that has
-/// no points. Throws Error(Work) on a file that is missing, empty, truncated, of another format, inconsistent (an index
-/// or accessor out of range, counts beyond the file), that has a NaN or infinite vertex, that names a file outside of
-/// its folder, or that needs more memory than there is (memory.h). The text names file, place and value.
+/// Throws Error(Arguments) for a radius or spacing that is negative or not finite, for shapes or a radius of a format
+/// that has no points, and for a spacing of what is no heights. Throws Error(Work) on a file that is missing, empty,
+/// truncated, of another format, inconsistent (an index or accessor out of range, counts beyond the file), that has a
+/// NaN or infinite vertex, that names a file outside of its folder, or that needs more memory than there is (memory.h).
+/// The text names file, place and value.
 /// Thread-safe for different files and for the same file.
 Scene load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
 

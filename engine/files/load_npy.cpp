@@ -8,6 +8,7 @@
 
 #include "engine/core/memory.h"
 #include "engine/files/loaders.h"
+#include "engine/files/npy_heights.h"
 #include "engine/files/npy_shapes.h"
 #include "engine/files/zip_file.h"
 #include "engine/model/recentring.h"
@@ -51,6 +52,7 @@ glm::dvec3 read_floats(NpyFile& file, const Rows& rows, std::vector<Row, Allocat
 }
 
 Scene soup_of(NpyFile& file, const LoadOptions& options) {
+  if (options.shapes && options.shapes->raster) return heights_of(file, options);
   const Rows rows = rows_of(file);
   const bool triangles = rows.width == 9 && !options.shapes;
   if (!rows.are_floats() || rows.width == 0 || (rows.width == 3 && options.radius == 0 && !options.shapes))

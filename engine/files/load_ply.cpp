@@ -24,8 +24,7 @@ std::array<glm::vec3, 3> normals_of(const PlyFile& file, const std::array<std::u
 }
 
 Scene points_of(PlyFile& file, const LoadOptions& options) {
-  const ShapeKind kind = options.shapes.value_or(ShapeKind::Spheres);
-  const ShapeInfo& info = info_of(kind);
+  const ShapeInfo& info = options.shapes ? *options.shapes : info_of(ShapeKind::Spheres);
   if (info.vertices > 1 || !info.radii) refuse("its points are no {}; expected spheres or discs", info.name);
   if (info.normals && file.normals.empty()) refuse("its points have no normals nx, ny and nz, but {} do", info.name);
   if (file.radii.empty() && options.radius == 0)
@@ -33,9 +32,9 @@ Scene points_of(PlyFile& file, const LoadOptions& options) {
   if (file.radii.empty()) file.radii.assign(file.vertices.size(), options.radius);
   Scene scene;
   scene.notes = std::move(file.notes);
-  append_shapes(kind, {file.vertices, file.radii, file.normals}, scene);
+  append_shapes(info.kind, {file.vertices, file.radii, file.normals}, scene);
   for (const glm::vec3& color : file.colors) scene.colors.emplace_back().fill(glm::vec4(color, 1));
-  complete_shapes(kind, scene);
+  complete_shapes(info.kind, scene);
   return scene;
 }
 

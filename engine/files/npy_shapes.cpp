@@ -44,7 +44,7 @@ const ShapeColumns& columns_of(const NpyFile& file, const Rows& rows, const Load
   bool several = false;
   std::string fit, known;
   for (const ShapeColumns& c : kColumns) {
-    if (options.shapes && c.kind != *options.shapes) continue;
+    if (options.shapes && &info_of(c.kind) != options.shapes) continue;
     known += (known.empty() ? "" : "; ") + text_of(c);
     if (c.columns.size() != rows.width || (needs_radius(c) && options.radius == 0)) continue;
     several = found != nullptr;

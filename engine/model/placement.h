@@ -41,6 +41,9 @@ struct MeshLabel {
   std::uint32_t number = 0;  // by which callers name it; finish_scene() sets it
   /// What it is made of. A mesh of shapes has a tree of its own.
   ShapeKind kind = ShapeKind::Triangles;
+  std::size_t columns = 0;  // of the raster of heights that tells its triangles; 0: there is none
+
+  std::size_t rows(std::size_t triangles) const { return triangles / 2 / (columns - 1) + 1; }  // of that raster
 };
 
 /// What a placement is called.

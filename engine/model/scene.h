@@ -15,6 +15,7 @@
 
 #include "engine/core/geometry.h"
 #include "engine/model/features.h"
+#include "engine/model/heights.h"
 #include "engine/model/light.h"
 #include "engine/model/material.h"
 #include "engine/model/placement.h"
@@ -52,6 +53,8 @@ struct Scene {
   std::vector<std::array<glm::vec4, 3>> colors;
   /// The shapes that triangles of a mesh stand in for (MeshLabel::kind); empty if there is no such mesh.
   std::vector<Shape> shapes;
+  /// The raster that tells the triangles of a file's only mesh (MeshLabel::columns), about the world's zero; or null.
+  std::shared_ptr<const HeightField> heights;
   SceneInstances instances;        // the meshes, and where they lie
   std::vector<Light> lights;       // KHR_lights_punctual
   Sky sky;                         // scene files have none: the caller sets it

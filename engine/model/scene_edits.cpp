@@ -94,14 +94,14 @@ std::uint32_t SceneEdits::add_mesh(MeshGeometry mesh, std::optional<std::uint32_
   const std::uint32_t number = next_.mesh++;
   MeshLabel label{.name = static_cast<std::uint32_t>(names_.size()), .id = id.value_or(number), .number = number};
   names_.push_back(name ? std::move(*name) : fmt::format("mesh {}", number));
-  label.kind = mesh.kind;
+  label.kind = mesh.kind, label.columns = mesh.columns;
   meshes_.emplace(number, Mesh{label, {}, std::move(mesh)});
   return number;
 }
 
 void SceneEdits::replace_mesh(std::uint32_t mesh, MeshGeometry with) {
   Mesh& m = mesh_at(mesh);
-  m.label.kind = with.kind;
+  m.label.kind = with.kind, m.label.columns = with.columns;
   m.made = std::move(with);
   m.moved = false;
 }

@@ -14,6 +14,7 @@ struct MeshGeometry {
   std::vector<std::array<glm::vec3, 3>> normals{};  // unit, three a triangle; none: those of the triangles
   std::vector<Shape> shapes{};                      // that the triangles stand in for; none: they are triangles
   ShapeKind kind = ShapeKind::Triangles;
+  std::size_t columns = 0;    // of the raster of heights that tells the triangles; 0: there is none
   std::size_t elsewhere = 0;  // triangles that lie on a device, without normals; `triangles` has none then
 
   std::size_t size() const { return elsewhere ? elsewhere : triangles.size(); }
@@ -61,6 +62,8 @@ class SceneEdits {
   void remove_mesh(std::uint32_t mesh);
   /// Has a mesh lie in a tree of its own from now on.
   void separate_mesh(std::uint32_t mesh);
+  /// Has the structure change, though the mesh stays as it is.
+  void touch_mesh(std::uint32_t mesh) { mesh_at(mesh); }
 
   /// Adds a placement of a mesh, which it names by its number, and returns its own number.
   std::uint32_t add_placement(const Placement& given);

@@ -13,7 +13,7 @@
 
 namespace ballot {
 
-/// The kind of what a mesh is made of. Each is SHAPE_... of shaders/shared/shapes.h.
+/// The kind of what trees hold for a mesh. Each is SHAPE_... of shaders/shared/shapes.h.
 enum class ShapeKind : std::uint32_t {
   Triangles = SHAPE_TRIANGLE,
   Spheres = SHAPE_SPHERE,
@@ -22,6 +22,7 @@ enum class ShapeKind : std::uint32_t {
   Boxes = SHAPE_BOX
 };
 
+/// What a mesh may be made of.
 struct ShapeInfo {
   std::string_view name;  // of a mesh of them
   ShapeKind kind;
@@ -29,7 +30,9 @@ struct ShapeInfo {
   bool radii, normals;     // vertices have a radius, a normal
   bool closed;             // it has an inside
   std::string_view summary;
+  bool raster = false;  // its vertices are samples of one (heights.h)
 };
+inline constexpr std::string_view kHeights = "heights";
 inline constexpr ShapeInfo kShapes[] = {
     {"triangles", ShapeKind::Triangles, 3, false, false, true, "three vertices each"},
     {"spheres", ShapeKind::Spheres, 1, true, false, true, "a vertex with a radius each"},
@@ -37,7 +40,9 @@ inline constexpr ShapeInfo kShapes[] = {
     {"capsules", ShapeKind::Capsules, 2, true, false, true,
      "the convex hull of two spheres each: two vertices with radii; a cone with round ends where these differ"},
     {"boxes", ShapeKind::Boxes, 2, false, false, true, "two opposite corners each, along the axes of the mesh"},
+    {kHeights, ShapeKind::Triangles, 3, false, false, false, "a raster of heights, two triangles a cell", true},
 };
+/// Returns the first row of a kind.
 const ShapeInfo& info_of(ShapeKind kind);
 
 /// A shape, as shaders/shared/shapes.h says. Of triangles there are none.

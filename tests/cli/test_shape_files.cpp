@@ -50,5 +50,32 @@ TEST_F(ShapeFiles, AreTracedMeasuredAndDrawn) {
     refuse(2, {"scene 'balls' has spheres", "triangles alone"}, arguments);
 }
 
+TEST_F(ShapeFiles, HeightsAreTracedCheckedAndDrawn) {
+  array("terrain.npy", {0, 0, 1, 0, 0, 1}, 3);
+  array("rays.npy", {3, 1, 9, 0, 0, -1, 9, 9, 9, 0, 0, -1}, 6);
+  const std::vector<std::string> as{"terrain.npy", "--shapes", "heights", "--spacing", "2,3"};
+  const auto with = [&](const char* command, const std::vector<std::string>& more) {
+    std::vector<std::string> all{command};
+    all.insert(all.end(), as.begin(), as.end());
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  };
+  const Result info = succeed(with("info", {"--json", "info.json"}));
+  expect_parts(info.out, {"scene terrain: 4 triangles", "heights 2 x 3"});
+  EXPECT_EQ(json("info.json")["meshes"][0]["shapes"], "heights");
+  EXPECT_EQ(json("info.json")["meshes"][0]["columns"], 3);
+  succeed(with("trace", {"--rays", "rays.npy", "--out", "hits.npy"}));
+  const std::vector<Hit> hits = read_hits(path("hits.npy"));
+  EXPECT_EQ(hits[0].t, 8.5f);
+  EXPECT_EQ(hits[0].prim, 2u);
+  EXPECT_EQ(hits[1].prim, NO_HIT);
+  succeed(with("render", {"--size", "32x32", "--shading", "ao", "--spp", "1", "--out", "terrain.exr"}));
+  succeed(with("check", {}));
+  for (const char* wrong : {"0", "1,", "-1", "1,2,3", "nan", "x"})
+    refuse(2, {"--spacing", wrong, "finite numbers above 0"},
+           {"info", "terrain.npy", "--shapes", "heights", std::string("--spacing=") + wrong});
+  refuse(2, {"it is of heights"}, {"info", "terrain.npy", "--spacing", "2"});
+}
+
 }  // namespace
 }  // namespace ballot::test

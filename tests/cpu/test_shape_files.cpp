@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "engine/core/registry.h"
 #include "gltf_builder.h"
 
 namespace ballot::test {
@@ -29,7 +30,7 @@ void refuse_file(const std::string& name, const std::string& content, std::initi
   expect_error(kind, parts, [&] { load(name, content, options); });
 }
 
-LoadOptions as(ShapeKind kind, float radius = 0) { return {.shapes = kind, .radius = radius}; }
+LoadOptions as(ShapeKind kind, float radius = 0) { return {.shapes = &info_of(kind), .radius = radius}; }
 
 ShapeKind kind_of(const Scene& scene, std::size_t mesh = 0) { return scene.instances.mesh_labels[mesh].kind; }
 
@@ -70,6 +71,54 @@ TEST(ShapeArrays, DoublesAreCountedFromAnOrigin) {
   EXPECT_EQ(glm::dvec3(glm::vec3(scene.shapes[0].a)) + scene.origin, glm::dvec3(4e6 + 0.125, 5e5, 7));
   EXPECT_EQ(scene.shapes[1].a.w, 0.25f);
   EXPECT_TRUE(scene.notes.empty());
+}
+
+LoadOptions as_heights(const glm::dvec2& spacing = glm::dvec2(0)) {
+  return {.shapes = &find_named(kShapes, kHeights, "kind"), .spacing = spacing};
+}
+
+TEST(ShapeArrays, RastersAreCellsOfTwoTriangles) {
+  const Scene scene = load("a.npy", npy<float>(3, {0, 1, 2, 3, 4, 5}), as_heights({0.5, 2}));
+  ASSERT_EQ(scene.triangles.size(), 4u);
+  EXPECT_EQ(scene.triangles[0], (Triangle{{{0, 0, 0}, {0.5f, 0, 1}, {0.5f, 2, 4}}}));
+  EXPECT_EQ(scene.triangles[1], (Triangle{{{0, 0, 0}, {0.5f, 2, 4}, {0, 2, 3}}}));
+  EXPECT_EQ(scene.triangles[3], (Triangle{{{0.5f, 0, 1}, {1, 2, 5}, {0.5f, 2, 4}}}));
+  EXPECT_EQ(kind_of(scene), ShapeKind::Triangles);
+  EXPECT_EQ(scene.instances.mesh_labels[0].columns, 3u);
+  EXPECT_EQ(scene.instances.mesh_labels[0].rows(4), 2u);
+  EXPECT_FALSE(scene.instanced());
+  EXPECT_EQ(load("a.npy", npy<double>(3, {0, 1, 2, 3, 4, 5}), as_heights()).triangles[2][2], glm::vec3(2, 1, 5));
+}
+
+TEST(ShapeArrays, TrianglesOfMissingHeightsHaveNoArea) {
+  const Scene scene = load("a.npy", npy<float>(3, {kNaN, 1, 2, 3, 4, 5}), as_heights());
+  for (const std::size_t t : {0, 1}) EXPECT_EQ(scene.triangles[t], (Triangle{{{1, 0, 1}, {1, 0, 1}, {1, 0, 1}}}));
+  EXPECT_EQ(scene.triangles[2][1], glm::vec3(2, 0, 2));
+  const Scene none = load("a.npy", npy<float>(2, {kNaN, kNaN, kNaN, kNaN}), as_heights());
+  EXPECT_EQ(none.triangles[1], (Triangle{}));
+  const Scene high = load("a.npy", npy<double>(2, {4e6 + 0.125, kNaN, 4e6, 4e6, 4e6 + 1, 4e6}), as_heights());
+  EXPECT_EQ(double(high.triangles[3][2].z) + high.origin.z, 4e6 + 1);
+  EXPECT_EQ(double(high.triangles[0][0].z) + high.origin.z, 4e6);  // float32 holds the heights as steps of 0.25
+}
+
+TEST(ShapeArrays, BadRastersAreRefused) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  refuse_file("a.npy", npy<float>(3, {0, 1, 2}), {"a.npy", "3 heights in 3 columns", "two full rows"}, as_heights());
+  refuse_file("a.npy", npy<float>(1, {0, 1, 2}), {"3 heights in 1 columns"}, as_heights());
+  refuse_file("a.npy", npy<float>(2, {0, 1, kInfinity, 2}), {"row 1, column 0 is inf"}, as_heights());
+  refuse_file("a.npy", npy<double>(2, {0, 1, 1e300, 2}), {"row 1, column 0 is inf"}, as_heights());
+  std::string whole = npy<float>(2, {0, 1, 2, 3});
+  refuse_file("a.npy", whole.substr(0, whole.size() - 3), {"a.npy"}, as_heights());
+  whole.replace(whole.find("<f4"), 3, "<i4");
+  refuse_file("a.npy", whole, {"expected heights: float32 or float64 of shape (rows, columns)"}, as_heights());
+  const std::string right = npy<float>(2, {0, 1, 2, 3});
+  for (const glm::dvec2& wrong : {glm::dvec2(0, 1), glm::dvec2(-1), glm::dvec2(1, double(kNaN)), glm::dvec2(kInfinity)})
+    refuse_file("a.npy", right, {"spacing of heights", "above 0"}, as_heights(wrong), Failure::Arguments);
+  refuse_file("a.npy", right, {"spacing (1, 1)", "expected none"}, {.spacing = glm::dvec2(1)}, Failure::Arguments);
+  refuse_file("a.ply",
+              "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+              "end_header\n0 0 0\n",
+              {"its points are no heights"}, as_heights());
 }
 
 TEST(ShapeArrays, BadRowsAreRefused) {

@@ -31,8 +31,10 @@ void print_table(const bench::Table& table, std::size_t rows, const char* what) 
   if (rows > kShownRows) say("... and {} more {}; --json lists all\n", rows - kShownRows, what);
 }
 
-/// Returns the number of a mesh's triangles, or of its shapes with what they are.
+/// Returns the number of a mesh's triangles, or of its shapes with what they are, or of its heights.
 std::string pieces_of(const SceneInstances& all, std::size_t mesh) {
+  const MeshLabel& label = all.mesh_labels[mesh];
+  if (label.columns) return fmt::format("{} {} x {}", kHeights, label.rows(all.triangles_of(mesh)), label.columns);
   const ShapeInfo& info = info_of(all.mesh_labels[mesh].kind);
   const std::size_t count = all.triangles_of(mesh);
   return info.kind == ShapeKind::Triangles ? std::to_string(count) : fmt::format("{} {}", count, info.name);
@@ -80,10 +82,11 @@ nlohmann::json meshes_json(const Scene& scene) {
                       {"id", label.id},
                       {"first", all.first[m]},
                       {"triangles", all.triangles_of(m)},
-                      {"shapes", info_of(label.kind).name},
+                      {"shapes", label.columns ? kHeights : info_of(label.kind).name},
                       {"material", nullptr},
                       {"bounds", bounds_json(boxes.back())}});
     if (label.material != kSeveralMaterials) meshes.back()["material"] = label.material;
+    if (label.columns) meshes.back()["columns"] = label.columns;
   }
   for (std::size_t p = 0; p < all.placements.size(); ++p) {
     const Placement& placed = all.placements[p];

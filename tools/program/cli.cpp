@@ -54,12 +54,14 @@ void SceneArgs::add_options(CLI::App& app) {
 void SceneArgs::add_shape_options(CLI::App& app) {
   std::string kinds;
   for (const ShapeInfo& s : kShapes)
-    if (s.kind != ShapeKind::Triangles) kinds += fmt::format("\n  {:<12} {}", s.name, s.summary);
+    if (&s != &kShapes[0]) kinds += fmt::format("\n  {:<12} {}", s.name, s.summary);
   app.add_option(
       "--shapes", shapes,
       fmt::format("what points of PLY and rows of .npy are, where the file does not tell or has faces{}", kinds));
   app.add_option("--radius", radius,
                  "radius of points and lines of PLY, .npy and glTF that have none, in the units of the scene");
+  app.add_option("--spacing", spacing,
+                 "of heights: from a sample to the next along x, and along y if it differs [1]; e.g. 0.5,0.25");
 }
 
 void SceneArgs::note_files() {
@@ -94,11 +96,26 @@ DeviceSceneOptions SceneArgs::options() const {
   return o;
 }
 
+namespace {
+
+/// Returns the numbers of X or X,Y, which are above 0. Throws Error(Arguments).
+glm::dvec2 parse_spacing(const std::string& text) {
+  char* end = nullptr;
+  glm::dvec2 spacing(std::strtod(text.c_str(), &end));
+  if (*end == ',') spacing.y = std::strtod(end + 1, &end);
+  const bool right = *end == 0 && spacing.x > 0 && spacing.y > 0 && std::isfinite(spacing.x + spacing.y);
+  if (!right) fail(Failure::Arguments, "--spacing {}: expected X or X,Y: finite numbers above 0", text);
+  return spacing;
+}
+
+}  // namespace
+
 LoadOptions SceneArgs::load_options() const {
   LoadOptions options{.allow_outside = allow_outside,
                       .instances = find_named(kInstancePolicies, instances, "policy of --instances").id,
                       .radius = radius};
-  if (!shapes.empty()) options.shapes = find_named(kShapes, shapes, "kind of --shapes").kind;
+  if (!spacing.empty()) options.spacing = parse_spacing(spacing);
+  if (!shapes.empty()) options.shapes = &find_named(kShapes, shapes, "kind of --shapes");
   return options;
 }
 

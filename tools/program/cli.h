@@ -26,7 +26,8 @@ struct SceneArgs {
   float split_budget = BuildSettings{}.split_budget;
   std::uint32_t max_leaf = BuildSettings{}.max_leaf;
   std::string build{kDefaultBuilder}, instances{kDefaultInstances}, shapes;
-  float radius = 0;  // of points and lines
+  float radius = 0;     // of points and lines
+  std::string spacing;  // of heights
   std::string json;
   CommandFiles files;  // that the command reads and writes
 
@@ -34,7 +35,7 @@ struct SceneArgs {
   void add_options(CLI::App& app);        // all options except the scene
   void add_shape_options(CLI::App& app);  // of these
   DeviceSceneOptions options() const;
-  LoadOptions load_options() const;  // throws Error(Arguments) for an unknown --instances or --shapes
+  LoadOptions load_options() const;  // throws Error(Arguments) for a wrong --instances, --shapes or --spacing
   /// Notes the scene as an input and --json as an output. Each command calls it before it prints or works: "--json -"
   /// claims standard output. Throws as CommandFiles does.
   void note_files();

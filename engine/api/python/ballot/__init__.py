@@ -7,8 +7,8 @@
     image = ballot.render(scene, width=640, height=480)
 
 Devices   Device opens one; without it, everything shares default_device(): the best GPU, else a CPU device.
-Shapes    spheres, discs, capsules, boxes stand where a mesh is asked for. Attribute is numbers of a mesh, which answers
-          have as columns.
+Shapes    spheres, discs, capsules, boxes, heights stand where a mesh is asked for. Attribute is numbers of a mesh,
+          which answers have as columns.
 Scenes    Scene, load_scene; Scene.set_vertices moves vertices, Scene.set_time plays animations; a Job traces meanwhile.
 Open3D    RaycastingScene has the names, shapes, dtypes and miss values of Open3D's class.
 trimesh   trimesh_ray.RayMeshIntersector is in the style of trimesh.ray.
@@ -80,7 +80,7 @@ from ._patterns import Grid, Pattern, frames, grid, hemisphere, lidar
 from ._picture import Picture, render
 from ._raycasting import RaycastingScene
 from ._scene import Scene
-from ._shapes import Shapes, boxes, capsules, discs, spheres
+from ._shapes import Shapes, boxes, capsules, discs, heights, spheres
 
 __version__ = version()
 
@@ -122,6 +122,7 @@ __all__ = [
     "discs",
     "frames",
     "grid",
+    "heights",
     "hemisphere",
     "lidar",
     "load_scene",

@@ -139,6 +139,28 @@ class Edits:
         self._edited = True
         self._held[number] = positions
 
+    def set_heights(self, mesh: int, heights: Any) -> None:
+        """Moves a mesh of heights, as set_vertices() moves others.
+
+        mesh     its number
+        heights  (rows, columns), as many as before, as in heights(); read at once. Where others are NaN than before the
+                 tree is built anew
+        """
+        number = _query.integer(mesh, "mesh", 0, _MOST)
+        raster = _mesh.raster(heights, f"mesh {number}: heights")
+        columns = self._columns(number)
+        if columns not in (0, raster.shape[1]):
+            raise ValueError(f"mesh {number}: heights: shape is {raster.shape}; expected {columns} columns, as before")
+        self._handle.set_heights(number, raster.reshape(-1))
+        self._edited = True
+        self._held[number] = raster
+
+    def heights(self, mesh: int) -> np.ndarray:
+        """Returns the heights of a mesh of these, as they were committed last: (rows, columns) float32."""
+        number = _query.integer(mesh, "mesh", 0, _MOST)
+        found: np.ndarray = self._handle.heights(number)
+        return found.reshape(-1, self._columns(number))
+
     def set_attribute(self, mesh: int, name: str, values: Any) -> None:
         """Gives a mesh an attribute, in the place of one of this name that it has. No tree changes.
 
@@ -262,7 +284,8 @@ class Edits:
                 self._own[number] = mesh
         for key, at in held.items():
             own = self._own.get(key) if isinstance(key, int) else None
-            if own is not None and own.kind and isinstance(key, int):  # whose vertices nobody else can tell
+            is_told = own is None or not own.kind or own.grid is not None  # else nobody else can tell its vertices
+            if isinstance(key, int) and own is not None and not is_told:
                 self._own[key] = own._replace(vertices=at.copy() if isinstance(at, np.ndarray) else at.read())
         self._moved.update(n for n in held if isinstance(n, int) and self._own.get(n) is None)
         self._boxes = self._places = None
@@ -274,6 +297,13 @@ class Edits:
         """Drops the edits."""
         self._handle.discard()
         self._changed, self._held = {}, {}
+
+    def _columns(self, mesh: int) -> int:
+        """Returns the columns of a mesh of heights; 0 of others."""
+        known = self._changed.get(mesh) or self._own.get(mesh)
+        if known is not None:
+            return known.grid[0] if known.grid else 0
+        return {m.mesh: m.columns for m in self.meshes}.get(mesh, 0)
 
     def _numbers(self, instances: Any) -> np.ndarray:
         """Returns the numbers of instances; None: of all."""

@@ -16,7 +16,7 @@ from ._door import MeshInfo
 class Mesh(NamedTuple):
     """A mesh, with copies of its own of what a pickled scene needs."""
 
-    vertices: np.ndarray | Array  # (n, 3) float32 or float64
+    vertices: np.ndarray | Array  # (n, 3) float32 or float64; of heights (n,) float32
     indices: np.ndarray | Array | None  # (3 m,) uint16 or uint32
     id: int
     normals: np.ndarray | None  # (n, 3) float32
@@ -25,6 +25,7 @@ class Mesh(NamedTuple):
     name: str | None = None
     attributes: tuple[_attributes.Passed, ...] = ()
     origin: tuple[float, float, float] | None = None  # None: the library's choice
+    grid: tuple[int, float, float, float, float] | None = None  # of heights: Shapes.grid
 
 
 def vectors(given: Any, name: str) -> np.ndarray:
@@ -33,6 +34,19 @@ def vectors(given: Any, name: str) -> np.ndarray:
     if array.ndim != 2:
         raise ValueError(f"{name}: shape is {array.shape}; expected (n, 3)")
     return _arrays.rows(array)
+
+
+def raster(given: Any, name: str) -> np.ndarray:
+    """Returns heights (rows, columns) float32 that the library can read; masked ones are NaN."""
+    if isinstance(given, np.ma.MaskedArray):
+        given = given.astype(np.float32).filled(np.nan)
+    array = _arrays.as_numpy(given, name)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: dtype is {array.dtype}; expected float32, or other numbers, which are converted")
+    if array.ndim != 2 or min(array.shape) < 2:
+        raise ValueError(f"{name}: shape is {array.shape}; expected (rows, columns), at least (2, 2)")
+    with np.errstate(over="ignore"):  # infinity, which is refused
+        return _arrays.contiguous(array, np.float32)
 
 
 def positions(given: Any, name: str, corners: bool = False) -> np.ndarray:
@@ -98,8 +112,8 @@ def _own(array: np.ndarray, given: Any) -> np.ndarray:
 
 def passed(mesh: Mesh) -> tuple[Any, ...]:
     """Returns a mesh as the extension takes it."""
-    parts = [part._handle if isinstance(part, Array) else part for part in mesh[:-2]]
-    return (*parts, [_attributes.passed(a) for a in mesh.attributes], mesh.origin)
+    parts = [part._handle if isinstance(part, Array) else part for part in mesh[:-3]]
+    return (*parts, [_attributes.passed(a) for a in mesh.attributes], mesh.origin, mesh.grid)
 
 
 def _indices(triangles: Any, name: str, device: Device | None) -> np.ndarray | Array:
@@ -122,7 +136,8 @@ def make(
     if hasattr(vertices, "radii"):  # shapes, which are checked
         if triangles is not None or normals is not None:
             raise ValueError(f"{where}: found triangles or normals beside shapes; expected shapes alone")
-        return Mesh(vertices.vertices, vertices.indices, number, vertices.normals, vertices.kind, vertices.radii)
+        made = Mesh(vertices.vertices, vertices.indices, number, vertices.normals, vertices.kind, vertices.radii)
+        return made._replace(grid=vertices.grid)
     corners = triangles is None
     on = there(vertices, "vertices", device)
     v = positions(vertices, f"{where}: vertices", corners) if on is None else on
@@ -164,10 +179,12 @@ def _shape(given: Any, name: str) -> tuple[int, ...]:
 
 def kept(mesh: Mesh, normals: Any) -> Mesh:
     """Returns the mesh without its vertices, indices and attributes, which the scene can tell, and with normals that
-    nobody else changes. Of shapes it tells all but attributes."""
+    nobody else changes. Of shapes it tells all but attributes; their heights the scene can tell."""
+    if mesh.grid:
+        mesh = mesh._replace(vertices=np.empty(0, np.float32))
     if mesh.kind:
-        own: list[Any] = [part.copy() if isinstance(part, np.ndarray) else part for part in mesh[:-2]]
-        return Mesh(*own)
+        own: list[Any] = [part.copy() if isinstance(part, np.ndarray) else part for part in mesh[:-3]]
+        return Mesh(*own, grid=mesh.grid)
     return Mesh(
         np.empty((len(mesh.vertices), 0), np.float32),
         None if mesh.indices is None else np.empty(0, np.uint32),
@@ -205,8 +222,8 @@ def box_of(low: Any, high: Any) -> np.ndarray:
 
 
 def box(mesh: Mesh) -> np.ndarray:
-    """Returns box_of() of the vertices; of those on the device NaN, of which nobody warns."""
-    if isinstance(mesh.vertices, Array):
+    """Returns box_of() of the vertices; of those on the device, and of heights, NaN, of which nobody warns."""
+    if isinstance(mesh.vertices, Array) or mesh.grid:
         return np.full((2, 3), np.nan)
     return box_of(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
 

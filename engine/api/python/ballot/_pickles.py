@@ -24,6 +24,9 @@ def state_of(scene: Any) -> dict[str, Any]:
     for m in meshes:
         if m.mesh in taken:
             own = kept.get(m.mesh) or Mesh(np.empty((3 * m.triangles, 0), np.float32), None, m.id, None)
+            if m.columns:
+                arrays[m.mesh] = tuple(_heights(scene, m, own))
+                continue
             its = corners[m.first : m.first + m.triangles]
             arrays[m.mesh] = tuple(_mesh.restored(own, its, scene._handle.indices(m.mesh), m.origin))
     return {
@@ -46,6 +49,13 @@ def state_of(scene: Any) -> dict[str, Any]:
         "masks": np.array([i.mask for i in instances], np.uint32),
         "groups": np.array([i.group for i in instances], np.uint32),
     }
+
+
+def _heights(scene: Any, m: Any, own: Mesh) -> Mesh:
+    """Returns a mesh of heights, as they are now."""
+    origin = m.origin if any(m.origin) else None
+    grid = (m.columns, *m.spacing, *m.corner)
+    return own._replace(vertices=scene._handle.heights(m.mesh), kind=m.shapes, origin=origin, grid=grid)
 
 
 def _matrices(meshes: list[Any], instances: list[Any], origin: tuple[float, float, float]) -> np.ndarray:
@@ -107,7 +117,8 @@ def _edit(scene: Any, state: dict[str, Any]) -> None:
     if state["path"] is not None:
         for m in (m for m in arrays if m < count):
             mesh = _readable(arrays[m])
-            handle.set_vertices(m, mesh.vertices) if m in state["moved"] else handle.replace_mesh(m, _mesh.passed(mesh))
+            move = handle.set_heights if mesh.grid else handle.set_vertices
+            move(m, mesh.vertices) if m in state["moved"] else handle.replace_mesh(m, _mesh.passed(mesh))
             held.append(mesh)
     there = {i[-3]: i[2] for i in handle.instances()}
     numbers, which = state["numbers"], state["which"]

@@ -103,6 +103,7 @@ _CHECKS: dict[str, Callable[[Any, str, int], Any]] = {
     "UInt32": lambda value, name, most: integer(value, name, 1, most),
     "Float32": lambda value, name, most: number(value, name),
     "Float64": lambda value, name, most: number(value, name),
+    "Float64x2": lambda value, name, most: numbers(value, name, 2),
     "Float64x3": lambda value, name, most: _vector(value, name),
 }
 
@@ -144,12 +145,18 @@ def finite(value: Any, name: str) -> float:
     return found
 
 
-def _vector(value: Any, name: str) -> tuple[float, float, float]:
+def numbers(value: Any, name: str, count: int) -> tuple[float, ...]:
+    """Returns so many finite numbers, two or three."""
+    expected = "two" if count == 2 else "three"
     try:
-        numbers = tuple(value)
+        found = tuple(value)
     except TypeError:
-        raise TypeError(f"{name}: found {shown(value)}; expected three numbers") from None
-    if len(numbers) != 3:
-        raise ValueError(f"{name}: found {len(numbers)} numbers; expected three")
-    x, y, z = (finite(n, name) for n in numbers)
+        raise TypeError(f"{name}: found {shown(value)}; expected {expected} numbers") from None
+    if len(found) != count:
+        raise ValueError(f"{name}: found {len(found)} numbers; expected {expected}")
+    return tuple(finite(n, name) for n in found)
+
+
+def _vector(value: Any, name: str) -> tuple[float, float, float]:
+    x, y, z = numbers(value, name, 3)
     return x, y, z

@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import _arrays, _mesh
+from . import _arrays, _mesh, _query
 
 
 class Shapes(NamedTuple):
-    """A mesh of spheres, discs, capsules or boxes, as their functions return it. Scene, add_mesh() and replace_mesh()
-    take it in the place of a mesh.
+    """A mesh of spheres, discs, capsules, boxes or heights, as their functions return it. Scene, add_mesh() and
+    replace_mesh() take it in the place of a mesh. heights() are triangles; what follows is of the others.
 
     A ray enters a closed shape and leaves it: two hits, of which the nearest counts, or the second where the ray starts
     inside. u and v of a hit tell its outward normal; column "normals" has it. The front of a closed shape is its
@@ -20,9 +20,9 @@ class Shapes(NamedTuple):
     vertices.
     """
 
-    #: "spheres", "discs", "capsules" or "boxes"
+    #: "spheres", "discs", "capsules", "boxes" or "heights"
     kind: str
-    #: (n, 3) float32: centers, ends or corners
+    #: (n, 3) float32: centers, ends or corners; or (n,), heights row by row
     vertices: np.ndarray
     #: the vertices of each shape, one shape after the other; None: in turn
     indices: np.ndarray | None
@@ -30,6 +30,8 @@ class Shapes(NamedTuple):
     radii: np.ndarray | None
     #: (n, 3) float32, of each vertex; None: but of discs
     normals: np.ndarray | None
+    #: of heights: columns, spacing along x and y, x and y of the first; None: of others
+    grid: tuple[int, float, float, float, float] | None = None
 
 
 def _radii(given: Any, count: int, name: str) -> np.ndarray:
@@ -108,3 +110,30 @@ def boxes(low: Any, high: Any) -> Shapes:
     if a.shape != b.shape:
         raise ValueError(f"high: shape is {b.shape}; expected {a.shape}, as that of low")
     return Shapes("boxes", np.stack([a, b], 1).reshape(-1, 3), None, None, None)
+
+
+def heights(heights: Any, spacing: Any = 1, corner: Any = (0, 0)) -> Shapes:
+    """Returns a height field: a raster whose cells are two triangles each. Nobody needs to make vertices and indices
+    of it; the scene keeps 4 bytes a sample instead of 24. Answers are those of a mesh of these triangles, in all modes.
+
+    heights  (rows, columns) float32, or what it is rounded from; at least 2 x 2. NaN, or masked: no data, so no
+             triangle that touches the sample is there
+    spacing  from a sample to the next, one number or two: along x and along y, above 0
+    corner   x and y of heights[0, 0]
+
+    heights[r, c] lies at x = corner[0] + c * spacing[0], y = corner[1] + r * spacing[1], and z is the height; as of
+    vertices in float64 an origin is found where x and y are large. Cell (r, c) is number r * (columns - 1) + c = i, its
+    triangles are prims 2 i, of the samples (r, c), (r, c + 1), (r + 1, c + 1), and 2 i + 1, of (r, c), (r + 1, c + 1),
+    (r + 1, c). set_heights() moves them. Raises ValueError for infinite heights, once a scene takes them.
+
+    >>> scene = ballot.Scene(ballot.heights([[0, 0, 1], [0, 0, 1]], spacing=(2, 3)))
+    >>> scene.trace([[3, 1, 9, 0, 0, -1]])["t"].tolist(), scene.meshes[0].shapes
+    ([8.5], 'heights')
+    """
+    raster = _mesh.raster(heights, "heights")
+    pair = (spacing, spacing) if np.ndim(spacing) == 0 else spacing
+    dx, dy = _query.numbers(pair, "spacing", 2)
+    if not (dx > 0 and dy > 0):
+        raise ValueError(f"spacing: found ({dx}, {dy}); expected numbers above 0")
+    x, y = _query.numbers(corner, "corner", 2)
+    return Shapes("heights", raster.reshape(-1), None, None, None, (raster.shape[1], dx, dy, x, y))

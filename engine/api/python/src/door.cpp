@@ -25,6 +25,7 @@ template <class T>
 nb::object numbers_of(const void* from, const door::Row& row) {
   const T* all = &at<T>(from, row.offset);
   if (row.count == 1) return nb::cast(all[0]);
+  if (row.count == 2) return nb::make_tuple(all[0], all[1]);
   if (row.count == 3) return nb::make_tuple(all[0], all[1], all[2]);
   return nb::cast(array_of(std::vector<T>(all, all + row.count), {row.count / 4, 4}));
 }

@@ -7,7 +7,7 @@ namespace ballot::python {
 namespace {
 
 using Indices = nb::ndarray<const std::uint32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Radii = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Numbers = nb::ndarray<const float, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Indices16 = nb::ndarray<const std::uint16_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 /// An attribute as Python gives it: (name, number of what its values are of, components, nearest, (n, c) values or an
@@ -38,10 +38,16 @@ struct AttributeArray {
 };
 
 /// A mesh as Python gives it: (vertices, flat indices or None, id, normals or None, kind of shapes or None, radii or
-/// None, name or None, attributes, origin or None), the first two also as arrays on the device. Keeps its arrays.
+/// None, name or None, attributes, origin or None, grid or None), the first two also as arrays on the device. Of
+/// heights the vertices are these, and there is a grid: columns, spacing, corner. Keeps its arrays.
 struct MeshArrays {
   explicit MeshArrays(const nb::tuple& given) {
-    if (const auto* there = array_there(given[0], vertices_there)) {
+    if (!given[9].is_none()) {
+      heights = nb::cast<Numbers>(given[0], false);
+      const auto number = [&](int i) { return nb::cast<double>(given[9][i]); };
+      mesh = ballot::heights({heights.data(), heights.size()}, nb::cast<std::size_t>(given[9][0]),
+                             {number(1), number(2)}, {number(3), number(4)});
+    } else if (const auto* there = array_there(given[0], vertices_there)) {
       mesh.vertex_buffer = vertices_there->get(), mesh.vertex_count = there->count;
     } else {
       vertices.emplace(given[0]);
@@ -61,7 +67,7 @@ struct MeshArrays {
     mesh.id = nb::cast<std::uint32_t>(given[2]);
     if (!given[4].is_none()) kind = std::make_shared<std::string>(nb::cast<std::string>(given[4])), mesh.shapes = *kind;
     if (!given[5].is_none()) {
-      radii = nb::cast<Radii>(given[5], false);
+      radii = nb::cast<Numbers>(given[5], false);
       if (radii.size() != mesh.vertex_count) throw Error(BALLOT_ERROR_ARGUMENT, "radii: expected as many as vertices");
       mesh.radii = radii.data();
     }
@@ -92,7 +98,7 @@ struct MeshArrays {
   std::shared_ptr<std::string> kind, name;  // these lie where they are while this is copied
   std::shared_ptr<std::vector<AttributeArray>> attributes = std::make_shared<std::vector<AttributeArray>>();
   std::shared_ptr<std::vector<Attribute>> listed = std::make_shared<std::vector<Attribute>>();
-  Radii radii;
+  Numbers radii, heights;
   Mesh mesh;
 };
 
@@ -240,6 +246,16 @@ void set_vertices(const SceneObject& self, std::uint32_t mesh, const nb::object&
   });
 }
 
+void set_heights(const SceneObject& self, std::uint32_t mesh, const Numbers& heights) {
+  edit(self, [=](Scene& s) { return s.set_heights(mesh, {heights.data(), heights.size()}), true; });
+}
+
+auto heights(const SceneObject& self, std::uint32_t mesh) {
+  std::vector<float> all = without_gil(self.use(), [=](const Scene& s) { return s.heights(mesh); });
+  const std::size_t count = all.size();
+  return array_of(std::move(all), {count});
+}
+
 void set_transform_array(const SceneObject& self, const ArrayObject& transforms) {
   edit(self, [from = transforms.use()](Scene& s) {
     check(ballot_scene_set_transform_buffer(s.handle(), from->get()));
@@ -354,6 +370,8 @@ void bind_scenes(nb::module_& m) {
       .def("attribute_values", &attribute_values)
       .def("set_vertices", &set_vertices)
       .def("set_vertex_array", &set_vertex_array)
+      .def("set_heights", &set_heights)
+      .def("heights", &heights)
       .def("set_transform_array", &set_transform_array)
       .def("set_mask_array", &set_mask_array)
       .def("add_instances", &add_instances)

@@ -105,6 +105,96 @@ class ShapesTest(unittest.TestCase):
         image = np.asarray(ballot.render(scene, width=32, height=32, shading="ao"))
         self.assertGreater((image[..., 0] == 1).sum(), 100)
 
+    def test_heights_are_triangles(self):
+        rng = np.random.default_rng(4)
+        raster = rng.uniform(0, 2, (30, 40)).astype(np.float32)
+        raster[rng.uniform(size=raster.shape) < 0.05] = np.nan
+        dx, dy, x0, y0 = 0.3, 0.7, -2, 5
+        r, c = np.mgrid[:30, :40]
+        vertices = np.stack([x0 + c * dx, y0 + r * dy, np.nan_to_num(raster.astype(np.float64))], -1).reshape(-1, 3)
+        a = (r * 40 + c)[:-1, :-1].reshape(-1)
+        triangles = np.stack([a, a + 1, a + 41, a, a + 41, a + 40], 1).reshape(-1, 3)
+        holes = np.isnan(raster.reshape(-1))
+        triangles[holes[triangles].any(1)] = np.flatnonzero(~holes)[0]
+        scene = ballot.Scene(ballot.heights(raster, (dx, dy), (x0, y0)))
+        made = ballot.Scene(vertices, triangles)
+        rays = np.concatenate([rng.uniform([-3, 4, 0], [11, 28, 3], (4000, 3)), rng.normal(size=(4000, 3))], 1)
+        for numeric in ("watertight", "exact", "double"):
+            np.testing.assert_array_equal(scene.trace(rays, numeric=numeric), made.trace(rays, numeric=numeric))
+        np.testing.assert_array_equal(scene.nearest(rays[:, :3])["distances"], made.nearest(rays[:, :3])["distances"])
+        np.testing.assert_array_equal(scene.count_crossings(rays), made.count_crossings(rays))
+        np.testing.assert_array_equal(scene.heights(0), raster)
+        self.assertEqual((scene.meshes[0].shapes, scene.meshes[0].columns), ("heights", 40))
+        self.assertEqual((scene.meshes[0].spacing, scene.meshes[0].corner), ((dx, dy), (x0, y0)))
+        masked = ballot.Scene(ballot.heights(np.ma.masked_invalid(raster), (dx, dy), (x0, y0)))
+        np.testing.assert_array_equal(masked.trace(rays), made.trace(rays))
+
+    def test_heights_move_and_are_pickled(self):
+        rng = np.random.default_rng(5)
+        rays = np.concatenate([rng.uniform([0, 0, 3], [5, 4, 4], (500, 3)), rng.normal([0, 0, -1], 0.3, (500, 3))], 1)
+        rasters = rng.uniform(0, 2, (3, 5, 6)).astype(np.float32)
+        rasters[1:, 2, 2] = np.nan
+
+        def expect(scene, raster):
+            np.testing.assert_array_equal(scene.trace(rays), ballot.Scene(ballot.heights(raster)).trace(rays))
+            np.testing.assert_array_equal(scene.heights(0), raster)
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "terrain.npy")
+            np.save(path, rasters[0])
+            loaded = ballot.load_scene(path, shapes="heights", spacing=(1, 1), cache=False)
+            for scene in (ballot.Scene(ballot.heights(rasters[0])), loaded):
+                self.assertEqual(scene.meshes[0].shapes, "heights")
+                expect(pickle.loads(pickle.dumps(scene)), rasters[0])
+                for raster in rasters:
+                    scene.set_heights(0, raster)
+                    scene.commit()
+                    expect(scene, raster)
+                    expect(pickle.loads(pickle.dumps(scene)), raster)
+            with self.assertRaisesRegex(ballot.Error, "2 heights in 1 columns"):
+                np.save(path, rasters[0][:2, :1])
+                ballot.load_scene(path, shapes="heights")
+        scene = ballot.Scene(ballot.heights(rasters[0]))
+        number = scene.add_mesh(ballot.heights(rasters[0], 0.5, (10, 0)), attributes={"h": rasters[0].reshape(-1)})
+        scene.add_instances(np.eye(4)[None], number)
+        scene.commit()
+        ray = [[11.125, 1.25, 9, 0, 0, -1]]
+        told = scene.trace_columns(ray, ("t", "h"))
+        self.assertAlmostEqual(told["t"][0] + told["h"][0], 9, 5)
+        again = pickle.loads(pickle.dumps(scene))
+        self.assertEqual(again.trace(ray)["t"], told["t"])
+        np.testing.assert_array_equal(again.heights(number), rasters[0])
+
+    def test_bad_heights(self):
+        flat = np.zeros((3, 4), np.float32)
+        for bad, text in (
+            (lambda: ballot.heights(flat[0]), "expected .rows, columns."),
+            (lambda: ballot.heights(flat[:1]), "at least .2, 2."),
+            (lambda: ballot.heights(flat, 0), "above 0"),
+            (lambda: ballot.heights(flat, (1, -1)), "above 0"),
+            (lambda: ballot.heights(flat, np.nan), "spacing is nan"),
+            (lambda: ballot.heights(flat, (1, 2, 3)), "expected two"),
+            (lambda: ballot.heights(flat, 1, (0, np.inf)), "corner is inf"),
+            (lambda: ballot.Scene(ballot.heights([[0, np.inf], [0, 0]])), "row 0, column 1 is inf"),
+            (lambda: ballot.Scene(ballot.heights(flat), [[0, 1, 2]]), "expected shapes alone"),
+        ):
+            with self.assertRaisesRegex(ValueError, text):
+                bad()
+        with self.assertRaisesRegex(TypeError, "dtype"):
+            ballot.heights(flat.astype(complex))
+        nothing = ([[0, 0, 0]] * 3, [[0, 1, 2]])
+        scene = ballot.Scene(meshes=[ballot.heights(flat), ballot.heights(flat * np.nan), nothing])
+        self.assertEqual(scene.count_crossings([[1.5, 1.5, 1, 0, 0, -1]]).tolist(), [1])
+        for bad, text in (
+            (lambda: scene.set_heights(0, flat.T), "expected 4 columns"),
+            (lambda: scene.set_heights(0, flat[:2]), "made with 12"),
+            (lambda: scene.set_heights(2, flat), "not of heights"),
+            (lambda: scene.heights(2), "not of heights"),
+            (lambda: scene.set_vertices(0, np.zeros((12, 3), np.float32)), "is of heights"),
+        ):
+            with self.assertRaisesRegex(ValueError, text):
+                bad()
+
     def test_bad_shapes(self):
         for bad, text in (
             (lambda: ballot.spheres([[0, 0, 0]], -1), "radius 0 is -1"),
