@@ -218,6 +218,14 @@ TEST_F(Points, Crossings) {
   EXPECT_EQ(all[2].hit.t, 1);
   succeed({"trace", "box.obj", "--rays", "rays.npy", "--out", "h.npy", "--first", "1"});
   EXPECT_EQ(items<Record>("h.npy", "'ray'").size(), 2u);
+  succeed({"trace", "box.obj", "--rays", "rays.npy", "--out", "h.npy", "--last", "2"});
+  const auto last = items<Record>("h.npy", "'ray'");
+  ASSERT_EQ(last.size(), 3u);
+  EXPECT_EQ(std::vector({last[0].hit.t, last[1].hit.t, last[2].hit.t}), std::vector({9.f, 7.f, 1.f}));
+  EXPECT_EQ(last[2].ray, 1u);
+  refuse(2, {"last crossings: found 17", "1 to 16"},
+         {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--last", "17"});
+  refuse(2, {"give one of them"}, {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--last", "2", "--any"});
   refuse(2, {"--first"}, {"trace", "box.obj", "--rays", "rays.npy", "--out", "h.npy", "--first", "0"});
   refuse(2, {"give one of them"}, {"trace", "box.obj", "--rays", "rays.npy", "--out", "x.npy", "--all", "--any"});
   succeed(

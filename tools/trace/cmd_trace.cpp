@@ -113,12 +113,12 @@ nlohmann::json record_of(const DeviceScene& world, const TraceArgs& args, std::s
 void check_crossings(const TraceArgs& args) {
   if (!args.crossings()) return;
   const BallotQuery& asked = args.rows.query();
-  if (args.count + args.all + (asked.first != 0) + (asked.any != 0) > 1)
-    fail(Failure::Arguments, "--count, --all, --first and --any: give one of them");
+  if (args.count + args.all + (asked.first != 0) + (asked.last != 0) + (asked.any != 0) > 1)
+    fail(Failure::Arguments, "--count, --all, --first, --last and --any: give one of them");
   if (args.query.method != kDefaultMethod || !args.query.knobs.empty())
-    fail(
-        Failure::Arguments,
-        "--count, --all, --first, masks, --cull and --alpha have a kernel of their own; leave --method and --knob out");
+    fail(Failure::Arguments,
+         "--count, --all, --first, --last, masks, --cull and --alpha have a kernel of their own; leave --method and "
+         "--knob out");
   args.crossing();
 }
 
@@ -128,11 +128,13 @@ int run_crossings(TraceArgs& args) {
   const InterruptGuard interrupt;
   nlohmann::json json = record_header(*opened.world, opened.load_s);
   const std::vector<std::uint32_t> masks = args.masks.empty() ? std::vector<std::uint32_t>() : read_masks(args.masks);
-  CrossingsWanted want{.as = args.count                            ? CrossingsWanted::Counts
-                             : args.all || args.rows.query().first ? CrossingsWanted::Lists
-                                                                   : CrossingsWanted::Hits,
-                       .query = args.crossing()};
-  want.query.any = args.rows.query().any != 0;
+  const BallotQuery& asked = args.rows.query();
+  CrossingsWanted want{.as = args.count                              ? CrossingsWanted::Counts
+                             : args.all || asked.first || asked.last ? CrossingsWanted::Lists
+                                                                     : CrossingsWanted::Hits,
+                       .query = args.crossing(),
+                       .last = asked.last};
+  want.query.any = asked.any != 0;
   want.query.triangle_masks = masks;
   if (!args.masks.empty() && masks.size() != opened.world->triangle_count())
     fail(Failure::Arguments, "--masks {}: found {} masks; expected one for each of the {} triangles", args.masks,
@@ -213,15 +215,15 @@ void add_trace(CLI::App& app, int& result) {
   cmd->add_flag("--all", args->all,
                 "list all of them, ray by ray in order of t: [('ray','<u4'),('t','<f4'),('prim','<u4'),('u','<f4'),\n"
                 "('v','<f4')]");
-  args->rows.add_to(*cmd, {"any", "first", "cull", "alpha"});
+  args->rows.add_to(*cmd, {"any", "first", "last", "cull", "alpha"});
   cmd->add_option(
       "--masks", args->masks,
       "FILE.npy with a mask for each triangle, uint32 (n,); a triangle is left out if it shares no bit with\n"
       "the ray's");
   cmd->add_option("--ray-masks", args->ray_masks, "FILE.npy with a mask for each ray, one file for each of --rays");
   add_verbose(*cmd, args->verbose);
-  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",
-                    "--device", "--json", "--verbose"});
+  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--last", "--part", "--method",
+                    "--numeric", "--device", "--json", "--verbose"});
 }
 
 }  // namespace ballot::cli

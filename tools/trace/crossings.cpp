@@ -64,7 +64,16 @@ CrossingTrace list_crossings(DeviceScene& world, RayFile& file, const std::strin
       out.write(records.data(), records.size() * sizeof(Record));
       result.crossings += records.size();
     };
-    result.times = world.rays().list(source, take, want.query);
+    std::vector<std::uint32_t> counts;
+    std::vector<Hit> met;
+    const auto take_rows = [&](std::uint64_t first, std::span<const Hit> rows) {
+      counts.assign(rows.size() / want.last, 0), met.clear();
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        if (rows[i].prim != NO_HIT) ++counts[i / want.last], met.push_back(rows[i]);
+      take(first, counts, met);
+    };
+    result.times = want.last ? world.rays().first(source, want.last, take_rows, want.query)
+                             : world.rays().list(source, take, want.query);
     start = crossings_start(result.crossings);
     out.seek(0);
     out.write(start.data(), start.size());

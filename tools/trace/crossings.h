@@ -11,6 +11,7 @@ namespace ballot::cli {
 struct CrossingsWanted {
   enum { Counts, Lists, Hits } as = Counts;  // hits: the first crossing of each ray, or a miss
   CrossingQuery query = {};
+  std::uint32_t last = 0;  // of lists: so many of each ray, the farthest first; 0: as the query says, the nearest first
   std::span<const std::uint32_t> ray_masks = {};  // of each ray; none: all bits
 };
 
