@@ -172,8 +172,8 @@ typedef struct BallotQuery {
   BallotTarget groups BALLOT_ZERO;   /* as masks: BallotRays::group, BallotPoints::group; NULL: none is left out */
   /* Of hits: so many of the triangles that each ray crosses, 1 to 16, whose `value` is largest, the largest first, of
    * equal ones the first crossed. NaN, as of meshes without the attribute, is least. Hits are rows of so many, filled
-   * up with misses. Takes some 40 bytes for each crossing of all rays. 0: none. Not beside first and last, nor of rays
-   * on the device. */
+   * up with misses. Takes some 40 bytes of the host for each crossing of all rays, also of rays on the device. 0: none.
+   * Not beside first and last. */
   uint32_t strongest BALLOT_ZERO;
   BallotText value BALLOT_ZERO; /* Of hits: the name of the attribute of one number that strongest goes by */
   /* Of points: of winding numbers: triangles together count by three terms of a series if they are farther away than

@@ -138,8 +138,8 @@ BallotStatus ballot_trace_buffers(BallotScene* scene, BallotBuffer* rays, uint64
       ballot::TraceTimes spent = asks_for_crossings(q)
                                      ? first_crossings(*state, t.rays, t.count, q, t.hits)
                                      : state->world->tracer().trace(t.rays, t.hits, t.count, hit_query(q));
-      record_columns(*state, {.found = t.hits, .count = all, .rays = &t.rays, .row = std::max(q.first, 1u)},
-                     t.outputs.to, [&](double ms) { spent.device_ms += ms; });
+      record_columns(*state, {.found = t.hits, .count = all, .rays = &t.rays, .row = hits_of_each(q)}, t.outputs.to,
+                     [&](double ms) { spent.device_ms += ms; });
       sums.end(gpu, spent);
       write_struct(times, clock.times(spent, 0), "BallotTimes");
     });

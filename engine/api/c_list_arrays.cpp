@@ -70,6 +70,15 @@ TraceTimes first_crossings(SceneState& scene, const Buffer<Ray>& rays, std::uint
   CrossingQuery how = crossing_query(query);
   how.any = query.any != 0;
   how.triangle_masks = filters.of_triangles();
+  if (query.strongest) {
+    const RaySource source{
+        .count = count,
+        .read = [&](std::uint64_t first, std::span<Ray> room) { rays.download(room, std::size_t(first)); },
+        .filters = filters.words().readers()};
+    return strongest_crossings(scene, source, query, how, [&](std::uint64_t first, std::span<const Hit> rows) {
+      hits.upload(rows, std::size_t(first) * query.strongest);
+    });
+  }
   return scene.world->rays().first({rays, count, filters.words()}, hits_of_each(query), hits, how);
 }
 

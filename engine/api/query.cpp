@@ -69,8 +69,8 @@ void check_options(const BallotQuery& query, const Kind& kind) {
            array.name, kind.name);
   if (query.weights && !kind.sums)
     fail(Failure::Arguments, "weights on the device are no option of {}; expected none: it has no sums", kind.name);
-  if (query.strongest && kind.there)
-    fail(Failure::Arguments, "strongest is no option of {}; expected rays of the host", kind.name);
+  for (const auto& [name, count] : {std::pair{"last", query.last}, std::pair{"strongest", query.strongest}})
+    if (count && !kind.filters) fail(Failure::Arguments, "{} is no option of {}; expected none", name, kind.name);
   for (const door::Row& row : door::kQueryRows) {
     if (row.type != door::Type::Bool) continue;
     const auto value = *reinterpret_cast<const BallotBool*>(reinterpret_cast<const char*>(&query) + row.offset);

@@ -51,7 +51,7 @@ void MadeColumns::end(TraceTimes& times) {
 
 void MadeColumns::end_part(std::size_t first, std::size_t count, std::vector<Buffer<float>>& there, TraceTimes& times) {
   Context& gpu = *scene_.device->gpu;
-  Buffer<Hit>& found = buffer_for(answers_there(scene_).hits, gpu, count, "hits");
+  Buffer<Hit>& found = buffer_for(answers_there(scene_).valued, gpu, count, "hits with values");
   found.upload(std::span(hits_).subspan(first, count));
   Targets targets;
   for (std::size_t k = 0; k < to_.size(); ++k)

@@ -198,6 +198,9 @@ TEST_F(DeviceLists, RefuseWhatDoesNotFit) {
   expect("masks on the device are no option of hits",
          [&] { scene.trace(some_rays(), ballot::Results{.hits = nullptr}, {.masks = words}); });
   expect("first", [&] { scene.submit(rays, there.hits, kRays, {.first = 2}); });
+  expect("last is no option of jobs", [&] { scene.submit(rays, there.hits, kRays, {.last = 2}); });
+  expect("strongest is no option of jobs",
+         [&] { scene.submit(rays, there.hits, kRays, {.strongest = 2, .value = "any"}); });
   expect("expected 1 to 2^32 - 2", [&] { scene.crossings(rays, there.lists(), kRays, {.first = 0xFFFFFFFF}); });
   expect("has 5 records; expected 1400", [&] { scene.trace(rays, few, kRays, {.first = 2}); });
   expect("any is 1 and first is set", [&] { scene.trace(rays, there.hits, kRays, {.any = true, .first = 2}); });

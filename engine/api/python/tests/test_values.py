@@ -204,8 +204,19 @@ class ValuesTest(unittest.TestCase):
         self.assertGreater((exact["prim"] == scene.trace(self.rays, strongest=2, value="heat")["prim"]).mean(), 0.99)
         self.assertEqual(scene.trace(self.rays[:0], strongest=2, value="heat").shape, (0, 2))
         self.assertTrue((scene.trace([[9, 9, 9, 0, 0, 1]], strongest=2, value="heat")["prim"] == ballot.MISS).all())
-        there = ballot.Array("rays", 4)
-        there.write(np.ones((4, 8)))
+        full = np.concatenate([self.rays[:, :3], np.zeros((2000, 1)), self.rays[:, 3:], np.full((2000, 1), 1e30)], 1)
+        there = ballot.Array("rays", 2000)
+        there.write(full)
+        for k in (1, 3):
+            found = scene.trace(there, strongest=k, value="heat").read()
+            np.testing.assert_array_equal(
+                found.reshape(2000, k), scene.trace(full, strongest=k, value="heat").reshape(2000, k)
+            )
+        for options in ({"strongest": 3, "value": "heat"}, {"last": 3}):
+            told = scene.trace_columns(there, ("positions", "heat", "t"), **options)
+            here = scene.trace_columns(full, ("positions", "heat", "t"), **options)
+            for name in told:
+                np.testing.assert_array_equal(told[name].read().reshape(here[name].shape), here[name])
         for options, text in (
             ({"strongest": 0, "value": "heat"}, "strongest is 0; expected 1 to 16"),
             ({"strongest": 1000, "value": "heat"}, "strongest is 1000; expected 1 to 16"),
@@ -220,8 +231,8 @@ class ValuesTest(unittest.TestCase):
         ):
             with self.subTest(options), self.assertRaisesRegex(ValueError, text):
                 scene.trace(self.rays, **options)
-        with self.assertRaisesRegex(ValueError, "strongest is no option of arrays on the device"):
-            scene.trace(there, strongest=2, value="heat")
+        with self.assertRaisesRegex(ValueError, "strongest is set without value"):
+            scene.trace(there, strongest=2)
 
 
 if __name__ == "__main__":
