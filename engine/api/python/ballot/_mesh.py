@@ -39,7 +39,7 @@ def vectors(given: Any, name: str) -> np.ndarray:
 def raster(given: Any, name: str) -> np.ndarray:
     """Returns heights (rows, columns) float32 that the library can read; masked ones are NaN."""
     if isinstance(given, np.ma.MaskedArray):
-        given = given.astype(np.float32).filled(np.nan)
+        given = np.where(np.ma.getmaskarray(given), np.float32(np.nan), np.ma.getdata(given))
     array = _arrays.as_numpy(given, name)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: dtype is {array.dtype}; expected float32, or other numbers, which are converted")
@@ -184,7 +184,7 @@ def kept(mesh: Mesh, normals: Any) -> Mesh:
         mesh = mesh._replace(vertices=np.empty(0, np.float32))
     if mesh.kind:
         own: list[Any] = [part.copy() if isinstance(part, np.ndarray) else part for part in mesh[:-3]]
-        return Mesh(*own, grid=mesh.grid)
+        return Mesh(*own)._replace(grid=mesh.grid)
     return Mesh(
         np.empty((len(mesh.vertices), 0), np.float32),
         None if mesh.indices is None else np.empty(0, np.uint32),
