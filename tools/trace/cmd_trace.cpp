@@ -222,8 +222,8 @@ void add_trace(CLI::App& app, int& result) {
       "the ray's");
   cmd->add_option("--ray-masks", args->ray_masks, "FILE.npy with a mask for each ray, one file for each of --rays");
   add_verbose(*cmd, args->verbose);
-  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--last", "--part", "--method",
-                    "--numeric", "--device", "--json", "--verbose"});
+  show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",
+                    "--device", "--json", "--verbose"});
 }
 
 }  // namespace ballot::cli
