@@ -133,10 +133,10 @@ Transform spun(float angle, float scale, glm::vec3 to, float stretch = 1) {
 Scene mixed() {
   std::vector<ShapeMesh> meshes;
   for (const ShapeInfo& info : kShapes)
-    if (info.kind == ShapeKind::Triangles)
-      meshes.push_back({info.kind, {}, shapes::soup(120, 0.1f)});
-    else
+    if (info.kind != ShapeKind::Triangles)
       meshes.push_back({info.kind, random_shapes(info.kind, 90, 0.1f, 11 + std::uint32_t(info.kind)), {}});
+    else if (!info.raster)
+      meshes.push_back({info.kind, {}, shapes::soup(120, 0.1f)});
   std::vector<Placement> placements;
   for (std::uint32_t m = 0; m < meshes.size(); ++m) {
     placements.push_back({m, {}});
