@@ -42,7 +42,7 @@ inline constexpr NumericMode kNumericModes[] = {
      .needs_float64 = true, .leaves_open = true},
     {.name = "double",
      .summary = "watertight in float64, of vertices and rays in double if they are given so; needs float64",
-     .triangle = TRIANGLE_DOUBLE, .box = BOX_RELATIVE, .arithmetic = Arithmetic::Woop, .conservative = true,
+     .triangle = TRIANGLE_DOUBLE, .box = BOX_RELATIVE, .arithmetic = Arithmetic::WoopInDouble, .conservative = true,
      .needs_float64 = true},
 };
 // clang-format on

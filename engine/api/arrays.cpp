@@ -4,9 +4,9 @@
 #include <atomic>
 #include <limits>
 
-#include "engine/api/hit_geometry.h"
 #include "engine/api/in_double.h"
 #include "engine/core/parallel.h"
+#include "engine/model/hit_geometry.h"
 
 namespace ballot::api {
 

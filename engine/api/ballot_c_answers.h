@@ -334,7 +334,8 @@ typedef struct BallotNearest {
   double* distances_double BALLOT_ZERO;
   /* 3 each: in double, what u and v of its triangle name; of shapes as points */
   double* points_double BALLOT_ZERO;
-  float* windings BALLOT_ZERO; /* winding numbers: 1 inside of a closed mesh, 0 outside */
+  float* windings BALLOT_ZERO;                 /* winding numbers: 1 inside of a closed mesh, 0 outside */
+  double* signed_distances_double BALLOT_ZERO; /* distances_double, negative inside, as BallotQuery::sign says */
 } BallotNearest;
 
 /* Finds the nearest point of the scene for each point. Let M be the distance from the point to the farthest vertex of

@@ -6,12 +6,12 @@
 
 #include "engine/api/arrays.h"
 #include "engine/api/filters_there.h"
-#include "engine/api/hit_geometry.h"
 #include "engine/api/in_double.h"
 #include "engine/api/outputs.h"
 #include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
 #include "engine/gpu/room.h"
+#include "engine/model/hit_geometry.h"
 
 namespace ballot::api {
 namespace {
@@ -73,6 +73,8 @@ Stream<ProbePoint, Answer> stream_of(const PointArray& points, const MakeQuestio
 
 static_assert(sizeof(BallotNearestPoint) == sizeof(Nearest));
 
+bool is_signed(const BallotNearest& to) { return to.signed_distances || to.signed_distances_double; }
+
 /// Writes what is asked of the nearest points.
 class NearestArrays {
  public:
@@ -86,18 +88,17 @@ class NearestArrays {
         hits_(hit_arrays(to), read_values(to, "nearest"), scene, RowOrder(), points.count(), {}),
         any_(to.prims || to.mesh_ids || to.uvs || to.normals || to.materials || to.colors || to.shading_normals ||
              to.value_count),
-        by_sides_(by_sides && (to.signed_distances || to.inside)),
-        by_winding_(by_winding && (to.signed_distances || to.inside)),
+        by_sides_(by_sides && (is_signed(to) || to.inside)),
+        by_winding_(by_winding && (is_signed(to) || to.inside)),
         in_double_(in_double) {
-    if (to.distances_double || to.points_double) scene.world->scene();  // here, before several threads ask
+    if (wants_doubles()) scene.world->scene();  // here, before several threads ask
   }
 
   bool wants_sides() const { return by_sides_; }
   bool wants_nearest() const {
-    return any_ || to_.nearest || to_.distances || to_.points || to_.signed_distances || by_sides_ ||
-           to_.distances_double || to_.points_double;
+    return any_ || to_.nearest || to_.distances || to_.points || is_signed(to_) || by_sides_ || wants_doubles();
   }
-  bool wants_inside() const { return !by_sides_ && !by_winding_ && (to_.signed_distances || to_.inside); }
+  bool wants_inside() const { return !by_sides_ && !by_winding_ && (is_signed(to_) || to_.inside); }
   bool wants_winding() const { return by_winding_ || to_.windings; }
 
   void write(std::uint64_t first, std::span<const Nearest> answers) {
@@ -119,7 +120,7 @@ class NearestArrays {
         if (to_.nearest) std::memcpy(to_.nearest + place, &nearest, sizeof(Nearest));
         if (to_.points) std::memcpy(to_.points + 3 * place, &nearest.at, 3 * sizeof(float));
       }
-      if (to_.distances_double || to_.points_double) write_doubles(first + begin, answers.subspan(begin, end - begin));
+      if (wants_doubles()) write_doubles(first + begin, answers.subspan(begin, end - begin));
       found += some;
     });
     found_ += found;
@@ -139,6 +140,7 @@ class NearestArrays {
   void end(TraceTimes& times) { hits_.end(times); }
 
  private:
+  bool wants_doubles() const { return to_.distances_double || to_.signed_distances_double || to_.points_double; }
   static BallotHits hit_arrays(const BallotNearest& n) {
     auto hits = BALLOT_INIT(BallotHits);
     hits.prims = n.prims, hits.mesh_ids = n.mesh_ids, hits.uvs = n.uvs, hits.normals = n.normals;
@@ -149,6 +151,7 @@ class NearestArrays {
   void write_inside(std::size_t place, bool inside) {
     if (to_.inside) to_.inside[place] = std::uint8_t(inside);
     if (to_.signed_distances && inside) to_.signed_distances[place] = -to_.signed_distances[place];
+    if (to_.signed_distances_double && inside) to_.signed_distances_double[place] = -to_.signed_distances_double[place];
   }
 
   void write_doubles(std::uint64_t first, std::span<const Nearest> answers) const {
@@ -168,6 +171,7 @@ class NearestArrays {
         at += points_.origin();
       }
       if (to_.distances_double) to_.distances_double[first + i] = distance;
+      if (to_.signed_distances_double) to_.signed_distances_double[first + i] = nearest.behind ? -distance : distance;
       if (to_.points_double) std::memcpy(to_.points_double + 3 * (first + i), &at, sizeof at);
     }
   }
@@ -198,7 +202,7 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
     refuse(
         fmt::format("sign is '{}' and numeric is 'double'; expected parity", how.sides ? "pseudonormal" : "winding"));
   NearestArrays out(to, scene, points, how.sides, by_winding, as_double);
-  const bool signs = to.signed_distances || to.inside || to.windings;
+  const bool signs = is_signed(to) || to.inside || to.windings;
   for (const auto& [filter, name] :
        {std::pair{FILTER_MASK, "mask"}, {FILTER_EXCLUDED, "excluded"}, {FILTER_GROUP, "group"}})
     if (signs && points.filters().has(std::size_t(filter))) refuse_filter(name);

@@ -2,6 +2,7 @@
 #include <cstring>
 
 #include "engine/api/arrays.h"
+#include "engine/api/in_double.h"
 #include "engine/api/meshes.h"
 #include "engine/api/origins.h"
 #include "engine/model/instances.h"
@@ -69,6 +70,8 @@ BallotStatus ballot_scene_create(BallotDevice* device, const BallotMesh* meshes,
     if (!use) use.emplace(*d);
     ballot::DeviceSceneOptions how = scene_options(*d, o, "auto", o.cache != 0);
     how.triangles = std::move(made.there);
+    how.build.keeps_flat =
+        std::ranges::any_of(state->meshes, [](auto& mesh) { return rounds_flat(mesh.second, mesh.second.in_double); });
     state->open(std::move(made.scene), how, build_progress(watch));
     *scene = scenes().add(state);
   });

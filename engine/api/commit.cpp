@@ -166,10 +166,22 @@ void commit_scene(SceneState& scene, PendingEdits& edits) {
   scene.refits = scene.world->last_update().refitted ? scene.refits + 1 : 0;
 }
 
+/// Has trees keep triangles that float32 rounds flat, if there are some in a mesh that edits bring or move.
+void keep_flat_triangles(SceneState& scene, PendingEdits& edits) {
+  const auto flat = [&](auto& edited) { return rounds_flat(edited.second, edited.second.in_double); };
+  const auto moved_flat = [&](const auto& moved) {
+    const auto mesh = scene.meshes.find(moved.first);
+    return mesh != scene.meshes.end() && rounds_flat(mesh->second, moved.second.in_double);
+  };
+  if (std::ranges::any_of(edits.meshes, flat) || std::ranges::any_of(edits.vertices, moved_flat))
+    scene.world->keep_flat();
+}
+
 }  // namespace
 
 void commit(SceneState& scene, PendingEdits& edits) {
   forget_doubles(scene);
+  keep_flat_triangles(scene, edits);
   if (!are_attributes(edits)) commit_scene(scene, edits);
   take_attributes(scene, edits);
 }

@@ -1,13 +1,16 @@
 #include "engine/api/in_double.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 
 #include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
 #include "engine/core/stopwatch.h"
 #include "engine/model/instances.h"
+#include "engine/tree/host/build.h"
 
 namespace ballot::api {
 
@@ -117,6 +120,22 @@ TraceTimes find_crossings(SceneState& scene, const RayArray& rays, const RowOrde
 }  // namespace
 
 bool is_double(const BallotQuery& query) { return query.numeric && std::string_view(query.numeric.text) == "double"; }
+
+bool rounds_flat(MeshState& mesh, const VerticesInDouble& vertices) {
+  if (!vertices) return false;
+  const std::span<const std::uint32_t> indices = indices_of(mesh);
+  std::atomic<bool> found = false;
+  for_chunks(mesh.triangles, kOfThread, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !found; ++i) {
+      CornersInDouble v;
+      for (std::size_t k = 0; k < 3; ++k) v[k] = (*vertices)[indices.empty() ? 3 * i + k : indices[3 * i + k]];
+      if (is_degenerate({glm::vec3(v[0]), glm::vec3(v[1]), glm::vec3(v[2])}) &&
+          glm::cross(v[1] - v[0], v[2] - v[0]) != glm::dvec3(0))
+        found = true;
+    }
+  });
+  return found;
+}
 
 void forget_doubles(SceneState& scene) { scene.world->tracer().tree().set_doubles(nullptr); }
 

@@ -9,6 +9,9 @@ namespace ballot::api {
 /// Returns true if a query asks for numeric mode double.
 bool is_double(const BallotQuery& query);
 
+/// Returns true if float32 rounds a triangle of a mesh flat that has an area by its vertices in double. Null: false.
+bool rounds_flat(MeshState& mesh, const VerticesInDouble& vertices);
+
 /// Gives the tree of a scene its vertices in double, if it has some that float32 does not hold.
 void take_doubles(SceneState& scene);
 /// To be called before triangles change.

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::size_t kVertices = 1 << 16;                                             // that a thread takes at a time
 constexpr std::size_t kMostInstances = std::numeric_limits<std::uint32_t>::max() - 2;  // each has a triangle at least
+constexpr double kFarthest = 1e30;                                                     // that a ray may start
 
 /// A box in double; empty at first.
 struct Box {
@@ -24,7 +25,14 @@ struct Box {
   void add(const glm::dvec3& p) {
     if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) lo = glm::min(lo, p), hi = glm::max(hi, p);
   }
-  glm::dvec3 origin() const { return is_empty() ? glm::dvec3(0) : origin_for(lo, hi); }
+  glm::dvec3 origin() const {
+    const glm::dvec3 found = is_empty() ? glm::dvec3(0) : origin_for(lo, hi);
+    for (int axis = 0; axis < 3; ++axis)
+      if (std::abs(found[axis]) > kFarthest)
+        refuse(fmt::format("coordinates lie about ({}, {}, {}); expected within +-{:g}, where rays may start", found.x,
+                           found.y, found.z, kFarthest));
+    return found;
+  }
 };
 
 Box join(Box a, const Box& b) {
@@ -34,8 +42,9 @@ Box join(Box a, const Box& b) {
 
 glm::dvec3 vector_of(const double (&v)[3], const std::string& where) {
   for (const double x : v)
-    if (!std::isfinite(x))
-      refuse(fmt::format("{}: origin is ({}, {}, {}); expected finite numbers", where, v[0], v[1], v[2]));
+    if (!(std::abs(x) <= kFarthest))
+      refuse(fmt::format("{}: origin is ({}, {}, {}); expected finite numbers within +-{:g}", where, v[0], v[1], v[2],
+                         kFarthest));
   return {v[0], v[1], v[2]};
 }
 

@@ -194,6 +194,7 @@ Scene load_obj(const std::filesystem::path& path, const LoadOptions& options) {
   const std::size_t count = file.corners.size() - 2 * file.faces.size();
   if (count > kMaxTriangles) refuse("has {} triangles; expected at most {}; use a smaller scene", count, kMaxTriangles);
   Scene scene;
+  scene.origin = file.origin;
   scene.notes = std::move(file.notes);
   scene.materials = std::move(file.materials);
   const auto absent = static_cast<std::uint32_t>(scene.materials.size());

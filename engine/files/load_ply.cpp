@@ -31,6 +31,7 @@ Scene points_of(PlyFile& file, const LoadOptions& options) {
     refuse("its points have no property 'radius' or 'scalar_radius'; expected one, or a radius for all of them");
   if (file.radii.empty()) file.radii.assign(file.vertices.size(), options.radius);
   Scene scene;
+  scene.origin = file.origin;
   scene.notes = std::move(file.notes);
   append_shapes(info.kind, {file.vertices, file.radii, file.normals}, scene);
   for (const glm::vec3& color : file.colors) scene.colors.emplace_back().fill(glm::vec4(color, 1));
@@ -50,6 +51,7 @@ Scene load_ply(const std::filesystem::path& path, const LoadOptions& options) {
         "property 'radius', or a radius for all of them",
         file.vertices.size());
   Scene scene;
+  scene.origin = file.origin;
   scene.notes = std::move(file.notes);
   std::vector<glm::vec3> polygon;
   std::vector<std::array<std::uint32_t, 3>> cut;

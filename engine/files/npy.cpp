@@ -10,6 +10,7 @@
 #include "engine/core/error.h"
 #include "engine/core/parallel.h"
 #include "engine/files/npy_file.h"
+#include "engine/model/hit_geometry.h"
 
 namespace ballot {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kHitDescr = "[('t', '<f4'), ('prim', '<u4'), ('u', '<f4'), ('v', '<f4')]";
+constexpr std::string_view kHitInDoubleDescr = "[('t', '<f8'), ('prim', '<u4'), ('u', '<f4'), ('v', '<f4')]";
 constexpr float kNoBound = std::numeric_limits<float>::max();
 
 /// Returns a number that stays finite as float32 if it is.
@@ -92,45 +94,79 @@ void RayFile::choose_part(std::uint64_t index, std::uint64_t parts) {
   count_ = left_ = first_of(index + 1) - first;
 }
 
-std::size_t RayFile::read(std::span<Ray> rays) {
-  const std::size_t count = read_some(rays);
-  const DeadRays dead = count_dead(rays.first(count));
+void RayFile::count(std::span<const Ray> rays) {
+  const DeadRays dead = count_dead(rays);
   dead_.not_finite += dead.not_finite;
   dead_.no_direction += dead.no_direction;
+}
+
+std::size_t RayFile::read(std::span<Ray> rays) {
+  const auto make = [&](const RayInDouble& ray, Ray& to, double& moved) {
+    to = recentring_ ? recentring_->ray(ray, moved) : rounded(ray);
+  };
+  const bool as_it_is = !wide_ && columns_ == 8 && !recentring_ && !moved_->keeps_rays();
+  const std::size_t some = as_it_is ? read_as_it_is(rays) : read_rows(rays, make);
+  count(rays.first(some));
+  return some;
+}
+
+std::size_t RayFile::read(std::span<RayInDouble> rays) {
+  const std::size_t some = read_rows(rays, [&](const RayInDouble& ray, RayInDouble& to, double&) {
+    to = recentring_ ? recentring_->about(ray) : ray;
+  });
+  constexpr std::size_t kTogether = 4096;
+  std::vector<Ray> as_single;
+  for (std::size_t first = 0; first < some; first += kTogether) {
+    as_single.clear();
+    for (const RayInDouble& ray : rays.subspan(first, std::min(kTogether, some - first)))
+      as_single.push_back(rounded(ray));
+    count(as_single);
+  }
+  return some;
+}
+
+std::size_t RayFile::read_as_it_is(std::span<Ray> rays) {
+  const std::size_t count = std::size_t(std::min<std::uint64_t>(rays.size(), left_));
+  left_ -= count;
+  file_->read(rays.data(), count * sizeof(Ray));
+  for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
+    for (Ray& ray : rays.subspan(begin, end - begin)) ray.t_max = std::min(ray.t_max, kNoBound);
+  });
   return count;
 }
 
-std::size_t RayFile::read_some(std::span<Ray> rays) {
+template <class Kind, class Make>
+std::size_t RayFile::read_rows(std::span<Kind> rays, const Make& make) {
   const std::size_t count = std::size_t(std::min<std::uint64_t>(rays.size(), left_));
   left_ -= count;
-  if (!wide_ && columns_ == 8 && !recentring_) {
-    file_->read(rays.data(), count * sizeof(Ray));
-    for_chunks(count, 1 << 16, [&](std::size_t begin, std::size_t end) {
-      for (Ray& ray : rays.subspan(begin, end - begin)) ray.t_max = std::min(ray.t_max, kNoBound);
-    });
-    return count;
-  }
   constexpr std::size_t kRows = 4096;
   std::vector<double> rows(kRows * columns_);  // float rows fit too
   for (std::size_t first = 0; first < count; first += kRows) {
     const std::size_t some = std::min(kRows, count - first);
     file_->read(rows.data(), some * columns_ * (wide_ ? sizeof(double) : sizeof(float)));
     if (wide_)
-      make(rows.data(), rays.subspan(first, some));
+      make_rays(rows.data(), rays.subspan(first, some), make);
     else
-      make(reinterpret_cast<const float*>(rows.data()), rays.subspan(first, some));
+      make_rays(reinterpret_cast<const float*>(rows.data()), rays.subspan(first, some), make);
   }
   return count;
 }
 
-template <class Number>
-void RayFile::make(const Number* rows, std::span<Ray> rays) {
-  std::vector<double> moved(recentring_ ? rays.size() : 0);
+template <class Number, class Kind, class Make>
+void RayFile::make_rays(const Number* rows, std::span<Kind> rays, const Make& make) {
+  const bool keeps = moved_->keeps_rays();
+  std::vector<double> moved(recentring_ || keeps ? rays.size() : 0);
+  std::vector<RayInDouble> kept(keeps ? rays.size() : 0);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const RayInDouble ray = ray_of(rows + i * columns_, columns_ == 8);
-    rays[i] = recentring_ ? recentring_->ray(ray, moved[i]) : rounded(ray);
+    double by = 0;
+    make(ray, rays[i], by);
+    if (!moved.empty()) moved[i] = by;
+    if (!keeps) continue;
+    kept[i] = recentring_ ? recentring_->about(ray) : ray;
+    kept[i].origin += by * ray.dir;
   }
-  moved_->add(moved);
+  moved_->add(moved, kept);
 }
 
 std::shared_ptr<MovedRays> RayFile::ask(const Recentring& scene) {
@@ -138,9 +174,10 @@ std::shared_ptr<MovedRays> RayFile::ask(const Recentring& scene) {
   return moved_;
 }
 
-void MovedRays::add(std::span<const double> moved) {
+void MovedRays::add(std::span<const double> moved, std::span<const RayInDouble> rays) {
   const std::lock_guard lock(mutex_);
   moved_.insert(moved_.end(), moved.begin(), moved.end());
+  rays_.insert(rays_.end(), rays.begin(), rays.end());
 }
 
 std::vector<double> MovedRays::take(std::size_t count) {
@@ -159,6 +196,18 @@ void MovedRays::tell_as_given(std::span<const std::uint32_t> counts, std::span<H
 
 void MovedRays::tell_as_given(std::span<Hit> hits) { tell_as_given(std::vector<std::uint32_t>(hits.size(), 1), hits); }
 
+std::vector<double> MovedRays::t_in_double(std::span<const Hit> hits, const TriangleOf& triangle_of) {
+  std::vector<double> all = take(hits.size());
+  all.resize(hits.size());
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const std::optional<Triangle> triangle = hits[i].prim == NO_HIT ? std::nullopt : triangle_of(hits[i]);
+    all[i] += triangle ? t_of(rays_[i], *triangle, double(hits[i].t)) : double(hits[i].t);
+  }
+  rays_.erase(rays_.begin(), rays_.begin() + std::ptrdiff_t(hits.size()));
+  return all;
+}
+
 std::vector<Ray> read_rays(const fs::path& path) {
   RayFile file(path);
   std::vector<Ray> rays(file.count());
@@ -175,6 +224,10 @@ void write_hits(const fs::path& path, std::span<const Hit> hits) {
 }
 
 std::string hits_start(std::uint64_t count) { return npy_start(kHitDescr, fmt::format("({},)", count)); }
+
+std::string hits_in_double_start(std::uint64_t count) {
+  return npy_start(kHitInDoubleDescr, fmt::format("({},)", count));
+}
 
 std::vector<Hit> read_hits(const fs::path& path) {
   NpyFile file(path);

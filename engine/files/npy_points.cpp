@@ -34,7 +34,7 @@ float rounded(double value) {
 
 glm::vec3 PointsOfFile::about(const glm::dvec3& origin, std::size_t i) const {
   if (in_double.empty() && origin == glm::dvec3(0)) return single[i];
-  const glm::dvec3 p = (in_double.empty() ? glm::dvec3(single[i]) : in_double[i]) - origin;
+  const glm::dvec3 p = about_in_double(origin, i);
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
 }
 
@@ -78,6 +78,9 @@ std::vector<std::uint32_t> read_masks(const std::filesystem::path& path) {
 
 void write_numbers(const std::filesystem::path& path, std::span<const float> numbers) {
   write_column(path, "'<f4'", numbers.size(), numbers.data(), numbers.size_bytes());
+}
+void write_numbers(const std::filesystem::path& path, std::span<const double> numbers) {
+  write_column(path, "'<f8'", numbers.size(), numbers.data(), numbers.size_bytes());
 }
 void write_numbers(const std::filesystem::path& path, std::span<const std::uint32_t> numbers) {
   write_column(path, "'<u4'", numbers.size(), numbers.data(), numbers.size_bytes());

@@ -18,6 +18,10 @@ struct PointsOfFile {
   std::uint64_t count() const { return single.size() + in_double.size(); }
   /// Returns a point, counted from an origin and rounded. A finite value beyond float32 becomes the largest float32.
   glm::vec3 about(const glm::dvec3& origin, std::size_t i) const;
+  /// The same, not rounded.
+  glm::dvec3 about_in_double(const glm::dvec3& origin, std::size_t i) const {
+    return (in_double.empty() ? glm::dvec3(single[i]) : in_double[i]) - origin;
+  }
 };
 /// Reads points: float32 or float64 of shape (n, 3), little endian. "-" is standard input. Throws Error(Work) that
 /// names the file, the dtype and shape found, and those expected.
@@ -26,9 +30,10 @@ PointsOfFile read_points(const std::filesystem::path& path);
 /// Reads a mask for each item: uint32 of shape (n,), little endian. Throws Error(Work) as read_points() does.
 std::vector<std::uint32_t> read_masks(const std::filesystem::path& path);
 
-/// Write one number for each query, as an array of shape (n,), atomically: float32, uint32, or bool of 0 and 1. Throw
-/// Error(Work).
+/// Write one number for each query, as an array of shape (n,), atomically: float32, float64, uint32, or bool of 0 and
+/// 1. Throw Error(Work).
 void write_numbers(const std::filesystem::path& path, std::span<const float> numbers);
+void write_numbers(const std::filesystem::path& path, std::span<const double> numbers);
 void write_numbers(const std::filesystem::path& path, std::span<const std::uint32_t> numbers);
 /// Writes numbers as a cubic volume of side^3, x fastest, atomically: an array of shape (side, side, side), or float32
 /// without a header if the name ends in .raw. Throws Error(Work).

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "engine/core/srgb.h"
+#include "engine/files/file_vertices.h"
 #include "engine/files/loaders.h"
 #include "engine/files/named_file.h"
 #include "engine/files/text_lines.h"
@@ -79,10 +80,11 @@ class Parser {
     if (keyword.empty()) return;
     ++known_;
     if (keyword == "v") {
-      line = add(file_.vertices, line, "vertex");
+      vertex(line);
       color(line);
     } else if (keyword == "vn") {
-      add(file_.normals, line, "normal");
+      need_room(file_.normals.size(), "normal");
+      file_.normals.push_back(three<float>(file_.normals.size(), line, "normal"));
     } else if (keyword == "vt") {
       coordinates(line);
     } else if (keyword == "f" || keyword == "fo") {  // fo is the f of the first version
@@ -113,30 +115,42 @@ class Parser {
     if (left_out_.size() < kTold || left_out_.contains(keyword)) ++left_out_[std::string(keyword.substr(0, 20))];
   }
 
-  float number(std::string_view word, std::string_view what) {
+  template <class Number = float>
+  Number number(std::string_view word, std::string_view what) {
     if (word.starts_with('+')) word.remove_prefix(1);
-    float value = 0;
+    Number value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error == std::errc::result_out_of_range) value = std::strtof(std::string(word).c_str(), nullptr);
+    if (error == std::errc::result_out_of_range) value = Number(std::strtod(std::string(word).c_str(), nullptr));
     if (word.empty() || error == std::errc::invalid_argument || end != word.data() + word.size())
       fail_here("{} has '{}' where a number is expected", what, word.substr(0, 40));
     return value;
   }
 
-  /// Appends the first three numbers of a line. Returns the rest of it.
-  std::string_view add(std::vector<glm::vec3>& to, std::string_view line, std::string_view kind) {
-    if (to.size() >= kMaxCount) fail_here("is {} number {}; expected at most {}", kind, to.size() + 1, kMaxCount);
-    const auto what = [&] { return fmt::format("{} {}", kind, to.size() + 1); };
-    glm::vec3 v;
+  void need_room(std::size_t count, std::string_view kind) {
+    if (count >= kMaxCount) fail_here("is {} number {}; expected at most {}", kind, count + 1, kMaxCount);
+  }
+
+  /// Takes the first three numbers off a line, which has the vector behind `count` others of its kind.
+  template <class Number>
+  glm::vec<3, Number> three(std::size_t count, std::string_view& line, std::string_view kind) {
+    glm::vec<3, Number> v;
     for (int axis = 0; axis < 3; ++axis) {
       const std::string_view word = next_word(line);
-      if (word.empty()) fail_here("{} has {} coordinates; expected 3", what(), axis);
-      v[axis] = number(word, kind);
+      if (word.empty()) fail_here("{} {} has {} coordinates; expected 3", kind, count + 1, axis);
+      v[axis] = number<Number>(word, kind);
     }
-    if (kind == "vertex" && !(std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z)))
-      fail_here("{} is ({}, {}, {}); expected finite numbers", what(), v.x, v.y, v.z);
-    to.push_back(v);
-    return line;
+    return v;
+  }
+
+  /// Takes a vertex off a line.
+  void vertex(std::string_view& line) {
+    need_room(vertices_.size(), "vertex");
+    const auto v = three<double>(vertices_.size(), line, "vertex");
+    const glm::vec3 rounded(v);
+    if (!(std::isfinite(rounded.x) && std::isfinite(rounded.y) && std::isfinite(rounded.z)))
+      fail_here("vertex {} is ({}, {}, {}); expected finite numbers", vertices_.size() + 1, rounded.x, rounded.y,
+                rounded.z);
+    vertices_.add(v);
   }
 
   /// Reads the colour behind a vertex, as many programs write it: r g b from 0 to 1, sRGB, after x y z or x y z w.
@@ -148,7 +162,7 @@ class Parser {
     if (count != 3 && count != 4) return;
     glm::vec3 found;
     for (int c = 0; c < 3; ++c) found[c] = linear_of(number(words[count - 3 + std::size_t(c)], "colour"));
-    file_.colors.resize(file_.vertices.size() - 1, glm::vec3(1));
+    file_.colors.resize(vertices_.size() - 1, glm::vec3(1));
     file_.colors.push_back(found);
   }
 
@@ -198,7 +212,7 @@ class Parser {
                  .line = line_};
     for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {
       const std::size_t slash = word.find('/');
-      ObjCorner corner{.vertex = index(word.substr(0, slash), file_.vertices.size(), "vertex")};
+      ObjCorner corner{.vertex = index(word.substr(0, slash), vertices_.size(), "vertex")};
       const std::size_t second = slash == std::string_view::npos ? slash : word.find('/', slash + 1);
       if (second != std::string_view::npos && second + 1 < word.size())
         corner.normal = index(word.substr(second + 1), file_.normals.size(), kNormal);
@@ -302,6 +316,8 @@ class Parser {
   }
 
   void finish() {
+    file_.origin = vertices_.settle();
+    file_.vertices = vertices_.take();
     if (!file_.colors.empty()) file_.colors.resize(file_.vertices.size(), glm::vec3(1));
     if (!file_.coordinates_of.empty()) file_.coordinates_of.resize(file_.corners.size(), -1);
     for (std::int32_t& each : file_.coordinates_of)
@@ -337,6 +353,7 @@ class Parser {
   LoadOptions options_;
   TextLines lines_;
   ObjFile file_;
+  FileVertices vertices_;  // of file_, until its end
   std::uint32_t line_ = 0, material_ = kNoMaterial, smoothing_ = 0;
   static constexpr std::size_t kTelling = 4096;  // faces after which the number of all can be told
   std::uint64_t left_at_first_ = 0;              // bytes of the file behind the first face

@@ -41,7 +41,9 @@ struct ObjGroup {
 };
 
 struct ObjFile {
-  std::vector<glm::vec3> vertices, normals;
+  std::vector<glm::vec3> vertices;  // about the origin
+  glm::dvec3 origin{0};             // not zero if that keeps digits of the text
+  std::vector<glm::vec3> normals;
   std::vector<glm::vec2> coordinates;  // of textures; v runs upwards
   std::vector<glm::vec3> colors;   // one a vertex, linear, white where the file gives none; empty if no vertex has one
   std::vector<ObjCorner> corners;  // indices from 0, in range

@@ -10,6 +10,7 @@
 #include "engine/core/file.h"
 #include "engine/core/memory.h"
 #include "engine/core/srgb.h"
+#include "engine/files/file_vertices.h"
 #include "engine/files/loaders.h"
 #include "engine/files/ply_header.h"
 #include "engine/files/text_lines.h"
@@ -127,32 +128,38 @@ void read_vertices(Body& body, const PlyElement& element, PlyFile& file) {
   }
   if (!wanted[0] || !wanted[1] || !wanted[2]) refuse("its vertices have no x, y and z");
   const bool normals = wanted[3] && wanted[4] && wanted[5];
-  file.vertices.reserve(element.count);
+  FileVertices vertices;
+  vertices.reserve(element.count);
   if (normals) file.normals.reserve(element.count);
   const bool colors = wanted[6] && wanted[7] && wanted[8] && !element.properties[*wanted[6]].count;
   const float most = colors ? most_of(*element.properties[*wanted[6]].type) : 1;
   const bool radii = wanted[9] && !element.properties[*wanted[9]].count;
   for (std::uint64_t v = 0; v < element.count; ++v) {
     std::array<float, kNames.size()> values{};
+    glm::dvec3 at(0);
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       if (element.properties[p].count) {
         body.skip(element.properties[p], element);
         continue;
       }
-      const float value = float(body.number(*element.properties[p].type, element));
+      const double value = body.number(*element.properties[p].type, element);
       for (std::size_t i = 0; i < values.size(); ++i)
-        if (wanted[i] == p) values[i] = value;
+        if (wanted[i] == p) values[i] = float(value);
+      for (std::size_t i = 0; i < 3; ++i)
+        if (wanted[i] == p) at[int(i)] = value;
     }
     body.end_element();
     for (std::size_t i = 0; i < 3; ++i)
       if (!std::isfinite(values[i]))
         refuse("vertex {} is ({}, {}, {}); expected finite numbers", v, values[0], values[1], values[2]);
-    file.vertices.emplace_back(values[0], values[1], values[2]);
+    vertices.add(at);
     if (normals) file.normals.emplace_back(values[3], values[4], values[5]);
     if (radii) file.radii.push_back(values[9]);
     if (colors)
       file.colors.emplace_back(linear_of(values[6] / most), linear_of(values[7] / most), linear_of(values[8] / most));
   }
+  file.origin = vertices.settle();
+  file.vertices = vertices.take();
 }
 
 /// Appends the triangles of a strip. Every other one is wound the other way; -1 begins another strip.

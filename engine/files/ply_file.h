@@ -12,7 +12,8 @@ namespace ballot {
 
 /// The vertices and faces of a file.
 struct PlyFile {
-  std::vector<glm::vec3> vertices;
+  std::vector<glm::vec3> vertices;       // about the origin
+  glm::dvec3 origin{0};                  // not zero if that keeps digits of numbers in text or in double
   std::vector<glm::vec3> normals;        // one a vertex, as in the file; empty if it has none
   std::vector<glm::vec3> colors;         // one a vertex, linear; empty if it has none
   std::vector<float> radii;              // one a vertex; empty if it has none

@@ -37,8 +37,8 @@ struct Distances {
 // empty if the arithmetic is exact.
 std::string share_of_bound(const ReasonSources& from, const Ray& ray, std::uint32_t prim, int edge) {
   if (from.arithmetic == Arithmetic::Exact) return "";
-  return fmt::format(", {:.2g} of what float32 may move it",
-                     from.bound.allowance(ray, prim, from.arithmetic).edge[edge]);
+  return fmt::format(", {:.2g} of what {} may move it", from.bound.allowance(ray, prim, from.arithmetic).edge[edge],
+                     from.arithmetic == Arithmetic::WoopInDouble ? "float64" : "float32");
 }
 
 std::string outside_interval(const Ray& ray, std::uint32_t prim, double t) {

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/model/recentring.h"
+#include "engine/model/hit_geometry.h"
 #include "engine/oracle/oracle_scene.h"
 #include "engine/tree/host/corners_in_double.h"
 

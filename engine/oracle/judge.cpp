@@ -26,6 +26,9 @@
 // by 64 u M E^2. Unlike Woop's bound, this one does not shrink with the projection: triangles seen edge-on are worse.
 //
 // Numbers below 2^-126 may be flushed to zero. The small absolute terms allow for that.
+//
+// Mode double runs the same steps in float64, u = 2^-53, and loses nothing to underflow above 2^-400. What is computed
+// here rounds alike, by at most as much, so 2^-52 covers both. Its t, u and v are then rounded to float32 (written()).
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -43,7 +46,6 @@
 namespace ballot {
 namespace {
 
-constexpr double kFlush = 0x1p-126;
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr double kWeightSlack = 1e-5;      // how far u, v and 1 - u - v of any hit may lie outside of [0, 1]
 constexpr double kExactWeights = 0x1p-22;  // error of u and v, which a mode that decides exactly divides in float32
@@ -66,20 +68,20 @@ double longest_edge(const RayFrame& ray, const Sight& s) {
 }
 
 SideErrors side_errors(const RayFrame& ray, const Sight& s) {
-  const double lateral = (16 * kFloatRoundoff + 2 * kFlush * std::abs(ray.sz)) * s.reach;
+  const double u = roundoff(ray), flushed = flush(ray);
+  const double lateral = (16 * u + 2 * flushed * std::abs(ray.sz)) * s.reach;
   SideErrors e{{}, 0};
   for (int i = 0; i < 3; ++i) {
     const int b = (i + 1) % 3, c = (i + 2) % 3;
     e.side[i] = lateral * (std::abs(s.x[b]) + std::abs(s.y[b]) + std::abs(s.x[c]) + std::abs(s.y[c]) + 2 * lateral) +
-                4 * kFloatRoundoff * (std::abs(s.x[c] * s.y[b]) + std::abs(s.y[c] * s.x[b])) + 4 * kFlush;
-    if (ray.arithmetic == Arithmetic::MoellerTrumbore)
-      e.side[i] += 64 * kFloatRoundoff * s.reach * longest_edge(ray, s);
+                4 * u * (std::abs(s.x[c] * s.y[b]) + std::abs(s.y[c] * s.x[b])) + 4 * flushed;
+    if (ray.arithmetic == Arithmetic::MoellerTrumbore) e.side[i] += 64 * u * s.reach * longest_edge(ray, s);
     e.sum += e.side[i];
   }
   return e;
 }
 
-void decide_sides(const Sight& s, const SideErrors& e, Range& range) {
+void decide_sides(const Sight& s, const SideErrors& e, double u, Range& range) {
   int above = 0, below = 0;
   double absolute = 0;
   for (int i = 0; i < 3; ++i) {
@@ -87,7 +89,7 @@ void decide_sides(const Sight& s, const SideErrors& e, Range& range) {
     below += s.side[i] < -e.side[i] ? 1 : 0;
     absolute += std::abs(s.side[i]);
   }
-  const double det_error = e.sum + 4 * kFloatRoundoff * absolute;
+  const double det_error = e.sum + 4 * u * absolute;
   range.surely_hit = above == 3 || below == 3;
   range.surely_missed =
       (above > 0 && below > 0) || (s.det > det_error && below > 0) || (s.det < -det_error && above > 0);
@@ -97,8 +99,9 @@ void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Rang
   const auto [nearest, farthest] = std::minmax({s.z[0], s.z[1], s.z[2]});
   const double largest = std::max(std::abs(nearest), std::abs(farthest));
   const double room = std::abs(s.det) - e.sum;
-  const double flushed = 4 * kFlush * (1 + 1 / std::max(std::abs(s.det), kFlush));
-  const double rounding = (20 * kFloatRoundoff + kFlush * std::abs(ray.d[ray.kz])) * largest + flushed;
+  const double u = roundoff(ray), least = flush(ray);
+  const double flushed = 4 * least * (1 + 1 / std::max(std::abs(s.det), least));
+  const double rounding = (20 * u + least * std::abs(ray.d[ray.kz])) * largest + flushed;
   if (room > 0) {
     range.t = std::clamp(s.t(), nearest, farthest);
     double moved = 0;
@@ -106,13 +109,12 @@ void bound_values(const RayFrame& ray, const Sight& s, const SideErrors& e, Rang
     range.t_error = std::min(moved / room, farthest - nearest) + rounding;
     if (ray.arithmetic == Arithmetic::MoellerTrumbore) {
       const double edge = longest_edge(ray, s);
-      range.t_error += 64 * kFloatRoundoff * s.reach * edge * edge / (std::abs(ray.d[ray.kz]) * room);
+      range.t_error += 64 * u * s.reach * edge * edge / (std::abs(ray.d[ray.kz]) * room);
     }
     range.u = s.weight(1);
     range.v = s.weight(2);
     const double largest_weight = std::max({1.0, std::abs(range.u), std::abs(range.v)});
-    range.weight_error =
-        (std::max(e.side[1], e.side[2]) + largest_weight * e.sum) / room + 16 * kFloatRoundoff + flushed;
+    range.weight_error = (std::max(e.side[1], e.side[2]) + largest_weight * e.sum) / room + 16 * u + flushed;
   } else {
     range.t = (nearest + farthest) / 2;
     range.t_error = (farthest - nearest) / 2 + rounding;
@@ -125,7 +127,7 @@ Range woop_range(const RayFrame& ray, const Triangle& triangle) {
   const Sight s(ray, triangle);
   const SideErrors e = side_errors(ray, s);
   Range range;
-  decide_sides(s, e, range);
+  decide_sides(s, e, roundoff(ray), range);
   bound_values(ray, s, e, range);
   return range;
 }
@@ -138,6 +140,13 @@ Range range_of(const RayFrame& ray, const Triangle& triangle) {
 }
 
 bool same_vertices(const Triangle& a, const Triangle& b) { return std::memcmp(&a, &b, sizeof(Triangle)) == 0; }
+
+// Returns a range that also allows for the rounding of an answer of mode double to float32.
+Range written(Range range, const RayFrame& ray, const Hit& answer) {
+  if (!is_double(ray)) return range;
+  range.t_error += ulp(answer.t), range.weight_error += kFloatRoundoff;
+  return range;
+}
 
 // True if the ray surely hits some triangle at a t that is surely less than `t`. An infinite `t` admits any triangle.
 bool surely_nearer(const PairTree& bvh, const RayFrame& ray, double t) {
@@ -202,9 +211,10 @@ Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, s
   const Range range = range_of(ray, triangle);
   if (range.surely_missed) return {not_this};
   const bool in_interval = answer.t >= ray.t_min && answer.t <= ray.t_max;
-  const double difference = std::abs(answer.t - range.t);
-  if (!in_interval || !(difference <= range.t_error) || wrong_weights(answer, range)) return {Verdict::WrongT};
-  const double share = range.t_error > 0 ? difference / range.t_error : 0;
+  const Range told = written(range, ray, answer);
+  const double difference = std::abs(answer.t - told.t);
+  if (!in_interval || !(difference <= told.t_error) || wrong_weights(answer, told)) return {Verdict::WrongT};
+  const double share = told.t_error > 0 ? difference / told.t_error : 0;
   if (answer.prim == truth.prim) return {Verdict::Same, share};
   if (truth.prim == NO_HIT) return {Verdict::Tie};
   if (want == Want::Any) return {Verdict::Same, share};
@@ -215,7 +225,13 @@ Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, s
   const bool meets_both =
       ray.arithmetic == Arithmetic::MoellerTrumbore ? range.surely_hit : ray.arithmetic != Arithmetic::WoopAffine;
   if (meets_both && has_earlier_twin(bvh, ray, answer.prim, triangle)) return {Verdict::WrongPrim};
-  return {surely_nearer(bvh, ray, answer.t) ? Verdict::WrongPrim : Verdict::Tie};
+  const double before = is_double(ray) ? std::min(range.t_high(), answer.t + ulp(answer.t)) : double(answer.t);
+  return {surely_nearer(bvh, ray, before) ? Verdict::WrongPrim : Verdict::Tie};
+}
+
+// The rays of instances are those of float32, as those of mode double are not.
+Arithmetic judged_among(const OracleScene& scene, Arithmetic arithmetic) {
+  return scene.forest() && arithmetic == Arithmetic::WoopInDouble ? Arithmetic::Woop : arithmetic;
 }
 
 // Judges an answer about a mesh. `answer` and `truth` have the mesh's own numbers.
@@ -289,7 +305,7 @@ Opinion judge_among(const OracleScene& scene, const Ray& ray, const Hit& answer,
 // Judges an answer about a scene.
 Opinion judge_one(const OracleScene& scene, const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                   Arithmetic arithmetic) {
-  if (scene.forest()) return judge_among(scene, ray, answer, want, arithmetic);
+  if (scene.forest()) return judge_among(scene, ray, answer, want, judged_among(scene, arithmetic));
   return judge_in(scene, {*scene.trees()[0], {}, ray}, answer, truth, want, arithmetic);
 }
 
@@ -336,7 +352,7 @@ Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arith
     texel = scene_.leaf_texel_of(mesh->mesh, prim - mesh->first);
   }
   if (texel == NO_HIT) fail(Failure::Arguments, "oracle: no leaf of the hierarchy holds prim {}", prim);
-  Allowance allowed = allowance_in(*mesh, texel, arithmetic);
+  Allowance allowed = allowance_in(*mesh, texel, judged_among(scene_, arithmetic));
   allowed.t *= mesh->scale;
   return allowed;
 }
@@ -350,7 +366,7 @@ Verdict Oracle::judge_values(const Ray& ray, const Hit& answer, const OracleHit&
                              Arithmetic arithmetic) const {
   const PlacedMesh mesh = scene_.mesh_of(ray, answer.prim);
   const OracleHit truth{own.t / mesh.scale, own.prim - mesh.first, own.u, own.v};
-  return judge_in(scene_, mesh, in_mesh(mesh, answer), truth, want, arithmetic).verdict;
+  return judge_in(scene_, mesh, in_mesh(mesh, answer), truth, want, judged_among(scene_, arithmetic)).verdict;
 }
 
 Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth,

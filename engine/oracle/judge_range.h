@@ -9,6 +9,12 @@ namespace ballot {
 
 constexpr double kFloatRoundoff = 0x1p-24;  // relative error of one rounding to float32
 
+inline bool is_double(const RayFrame& ray) { return ray.arithmetic == Arithmetic::WoopInDouble; }
+/// The relative error of a step of the arithmetic that is judged, in float64 of one of the judge's as well, and below
+/// what its numbers may be lost.
+inline double roundoff(const RayFrame& ray) { return is_double(ray) ? 0x1p-52 : kFloatRoundoff; }
+inline double flush(const RayFrame& ray) { return is_double(ray) ? 0x1p-800 : 0x1p-126; }
+
 /// The results of a triangle test with their error bounds.
 struct Range {
   bool surely_hit = false, surely_missed = false;

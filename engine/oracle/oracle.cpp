@@ -44,7 +44,7 @@ bool is_beyond_range(const Ray& ray, const Bounds& bounds, Arithmetic arithmetic
     longer.dir = glm::vec3(1);
     return longest > 0 && longest < std::numeric_limits<float>::min() && !is_dead(longer);
   }
-  if (arithmetic == Arithmetic::Exact) return false;
+  if (arithmetic == Arithmetic::Exact || arithmetic == Arithmetic::WoopInDouble) return false;
   double outside = 0, diagonal = 0;  // squares
   for (int k = 0; k < 3; ++k) {
     const double lo = bounds.lo[k], hi = bounds.hi[k], o = ray.origin[k];

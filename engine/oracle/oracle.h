@@ -69,8 +69,8 @@ class Oracle {
 };
 
 /// The farthest from a scene that a ray may start, in diagonals of the scene's bounds, for the promises of the numeric
-/// modes but `exact`. Their arithmetic moves a vertex by up to about 2^-22 of its distance from the ray's origin; from
-/// 2^20 diagonals away that is a quarter of the scene.
+/// modes but `exact` and `double`. Their arithmetic moves a vertex by up to about 2^-22 of its distance from the ray's
+/// origin; from 2^20 diagonals away that is a quarter of the scene.
 inline constexpr double kRangeDiagonals = 1 << 20;
 
 /// True if the numbers of a ray are beyond what its mode promises to answer: its direction is not zero, but so small

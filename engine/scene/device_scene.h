@@ -49,6 +49,7 @@
 #include "engine/model/light.h"
 #include "engine/model/pose.h"
 #include "engine/model/scene.h"
+#include "engine/oracle/in_double.h"
 #include "engine/oracle/self_crossings.h"
 #include "engine/present/presenter.h"
 #include "engine/render/batch/batch.h"
@@ -175,6 +176,7 @@ class DeviceScene {
   /// numbered; Error(Work) if there is no room or the device fails. Ends the use of batches, films and the checker of
   /// before. The scene must not be animated.
   void commit(SceneChange& change, UpdateMode mode = UpdateMode::Auto);
+  void keep_flat() { build_.keeps_flat = true; }  // in trees that are built from now on
   /// Returns true if commit() takes transforms that lie on the device.
   bool reads_transforms_there() const;
   /// Returns true if commit() takes corners of a mesh that lie on the device.
@@ -184,8 +186,7 @@ class DeviceScene {
   /// Materials, normals, texture coordinates, lights and views stay. Traces after it find hits in the new ones. The
   /// tree is refitted or built anew, as `mode` says; it is always built if a triangle gains or loses its area. Throws
   /// Error(Arguments) if the number differs or a vertex is not finite, Error(Work) if the tree cannot be built; the
-  /// scene is then as it was. Ends the use of batches, films and the checker of before. Scenes with instances are
-  /// refused with Error(Arguments).
+  /// scene is then as it was. Ends the use of batches and films of before. Not of instances: Error(Arguments).
   UnsetVector<Triangle> move(UnsetVector<Triangle> triangles, UpdateMode mode = UpdateMode::Auto);
 
   /// Moves the scene to a time of a clip of its animation: triangles, normals, lights and views. Times outside

@@ -59,7 +59,7 @@ MeshTree tree_there(std::span<const Triangle> triangles, SceneTree built, const 
 
 MeshTree build_mesh(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
                     const Progress& progress, std::unique_ptr<DeviceBuild>& scratch) {
-  if (builder_of(settings.builder).on_device && triangles.size() < kLeastThere) {
+  if (builder_of(settings.builder).on_device && !settings.keeps_flat && triangles.size() < kLeastThere) {
     if (scratch)
       scratch->build(triangles);
     else

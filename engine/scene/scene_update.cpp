@@ -11,13 +11,18 @@ namespace ballot {
 
 SceneTree build_tree(Context& gpu, std::span<const Triangle> triangles, const BuildSettings& settings, bool use_cache,
                      const Progress& progress) {
+  if (settings.keeps_flat && builder_of(settings.builder).on_device) {
+    BuildSettings here = settings;
+    here.builder = BuilderId::Balanced;
+    return build_tree(gpu, triangles, here, false, progress);
+  }
   if (builder_of(settings.builder).on_device) {
     auto there = std::make_shared<DeviceBuild>(gpu, triangles, settings);
     if (!there->has_box_origin()) return {there->bvh()};
     Bvh summary = there->summary();
     return {std::move(summary), std::move(there)};
   }
-  if (!use_cache) return {build_bvh(triangles, settings, progress)};
+  if (!use_cache || settings.keeps_flat) return {build_bvh(triangles, settings, progress)};
   return {build_bvh_cached(triangles, settings, cache_folder() / "bvh", progress)};
 }
 

@@ -1,8 +1,10 @@
 // Numeric mode double by the library: particles are not lost, hits are told apart where float32 cannot, and what is
 // refused.
 #include <limits>
+#include <numeric>
 
 #include "solids.h"
+#include "terrain.h"
 
 namespace double_mode {
 
@@ -25,6 +27,41 @@ class DoubleMode : public Api {
     return found;
   }
 };
+
+/// Turns vectors of the east, the north and up at 47.3 N, 11.4 E to earth-centred ones, and moves them.
+std::vector<double> earth_centred(std::span<const float> vectors, const Vec& to) {
+  const double a = 0.8255, b = 0.199;
+  const Vec east{-std::sin(b), std::cos(b), 0}, up{std::cos(a) * std::cos(b), std::cos(a) * std::sin(b), std::sin(a)};
+  const Vec north = cross(up, east);
+  std::vector<double> all;
+  for (std::size_t i = 0; i < vectors.size(); i += 3) {
+    const Vec at = to + (double(vectors[i]) * east + double(vectors[i + 1]) * north + double(vectors[i + 2]) * up);
+    all.insert(all.end(), at.begin(), at.end());
+  }
+  return all;
+}
+
+// The terrain at zero has hits that doubles hardly round. At 6 400 km they round vertices and origins by 2^-31.
+TEST_F(DoubleMode, EarthCentredTerrainIsThatAtZero) {
+  const terrain::Terrain ground;
+  const terrain::Sight sight;
+  const Vec centre{4248123.456, 856789.123, 4665432.987};
+  const std::vector<double> far = earth_centred(ground.grid.positions, centre),
+                            origins = earth_centred(sight.origins, centre),
+                            directions = earth_centred(sight.directions, {0, 0, 0});
+  const ballot::Scene near_scene(*device_, {ground.grid.mesh()});
+  const ballot::Scene far_scene(*device_, {ballot::mesh(far, ground.grid.indices)});
+  const Found near = trace(near_scene, {.origins = sight.origins, .directions = sight.directions}, terrain::kRays);
+  const Found found = trace(far_scene, {.origins = origins, .directions = directions}, terrain::kRays);
+  EXPECT_EQ(found.prims, near.prims);
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < terrain::kRays; ++i) {
+    if (near.prims[i] == ballot::kMiss || found.prims[i] != near.prims[i]) continue;
+    EXPECT_NEAR(found.t[i], near.t[i], 1e-7);  // 2^-31 of a ray that grazes by a hundredth
+    ++hits;
+  }
+  EXPECT_GT(hits, 2000u);
+}
 
 TEST_F(DoubleMode, PlatesAMillionthApartAreToldApartInABoxOfAThousand) {
   Solid plates;
@@ -164,16 +201,18 @@ TEST_F(DoubleMode, PointsAreAnsweredInDouble) {
   std::vector<double> points;
   for (const double r : {0.0, 1 + 5e-7, 5.0, 400 + 5e-6, 2000.0})
     points.insert(points.end(), {centre[0], centre[1], centre[2] + r});
-  std::vector<double> distances(5), at(15);
+  std::vector<double> distances(5), sides(5), at(15);
   std::vector<std::uint8_t> inside(5);
   std::vector<std::uint32_t> prims(5);
   scene.nearest(points,
                 {.prims = prims.data(),
                  .inside = inside.data(),
                  .distances_double = distances.data(),
-                 .points_double = at.data()},
+                 .points_double = at.data(),
+                 .signed_distances_double = sides.data()},
                 {.numeric = "double"});
   EXPECT_EQ(inside, (std::vector<std::uint8_t>{1, 0, 1, 0, 0}));
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(sides[i], inside[i] ? -distances[i] : distances[i]);
   const double slope = std::cos(M_PI / 20);  // of the triangles at the pole
   EXPECT_NEAR(distances[1], slope * 5e-7, 2e-9);
   EXPECT_NEAR(distances[3], slope * 5e-6, 3e-9);
@@ -232,6 +271,101 @@ TEST_F(DoubleMode, MovedVerticesAreThoseInDouble) {
   const ballot::Scene fresh(*device_, {solid.mesh()});
   EXPECT_EQ(after.t, trace(fresh, rays, 1).t);
   EXPECT_NE(before.t, after.t);
+}
+
+// Numbers that float32 cannot hold make a ray dead and leave the others as they are; columns may be of either type.
+TEST_F(DoubleMode, DeadRaysMissAndColumnsAreOfAnyType) {
+  Solid solid;
+  add_sphere(solid, 8, {5e5, 5e6, 0}, 1.0 / 3);
+  const ballot::Scene scene(*device_, {solid.mesh()});
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::vector<double> origins, directions;
+  for (int i = 0; i < 8; ++i) {
+    origins.insert(origins.end(), {5e5 + 0.01, 5e6 + 0.02, 9});
+    directions.insert(directions.end(), {0, 0, -1});
+  }
+  const ballot::RayView rays{.origins = origins, .directions = directions};
+  const Found right = trace(scene, rays, 8);
+  EXPECT_EQ(std::ranges::count(right.prims, right.prims[0]), 8);
+  origins[3] = 1e200, origins[6] = NAN, origins[11] = -kInfinity;
+  directions[12] = 1e39, directions[17] = -1e-50, directions[20] = NAN;
+  const Found found = trace(scene, rays, 8);
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_EQ(found.prims[i], i == 0 || i == 7 ? right.prims[0] : ballot::kMiss) << i;
+  EXPECT_EQ(found.t[7], right.t[7]);
+  EXPECT_EQ(scene.count_crossings(rays, {.numeric = "double"}), (std::vector<std::int64_t>{2, 0, 0, 0, 0, 0, 0, 2}));
+
+  const std::vector<double> from{5e5 + 0.01, 5e6 + 0.02, 9};
+  const std::vector<float> down{0, 0, -1};
+  EXPECT_EQ(trace(scene, {.origins = from, .directions = down}, 1).t[0], right.t[0]);
+
+  const std::vector<double> points{5e5, 5e6, 0, 1e200, 0, 0, NAN, 0, 0};
+  std::vector<double> distances(3);
+  scene.nearest(points, {.distances_double = distances.data()}, {.numeric = "double"});
+  EXPECT_LT(distances[0], 1.0 / 3);
+  EXPECT_EQ(distances[1], kInfinity);
+  EXPECT_EQ(distances[2], kInfinity);
+}
+
+TEST_F(DoubleMode, MatricesInDoubleAreGivenOnceAndFinite) {
+  Solid solid;
+  add_sphere(solid, 8, {0, 0, 0}, 1);
+  std::vector<double> places{1, 0, 0, 5e5, 0, 1, 0, 5e6, 0, 0, 1, NAN};
+  std::vector<float> single(12);
+  std::string text;
+  const auto refused = [&](const ballot::Instances& all, const char* what) {
+    EXPECT_EQ(code_of([&] { ballot::Scene(*device_, {solid.mesh()}, all); }, &text), BALLOT_ERROR_ARGUMENT);
+    EXPECT_NE(text.find(what), std::string::npos) << text;
+  };
+  refused(ballot::instances(places), "nan");
+  places[11] = 1e300;
+  refused(ballot::instances(places), "1e");
+  ballot::Instances both = ballot::instances(places);
+  both.transforms = single.data();
+  refused(both, "both transforms and transforms_double are set");
+}
+
+// What float32 rounds to one point or to a line is there in double, also once it has moved.
+TEST_F(DoubleMode, TrianglesThatFloat32RoundsFlatAreHit) {
+  Solid solid;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> at(-1, 1), exponent(-14, -6);
+  std::vector<double> origins;
+  const auto add = [&](double x, double y, double size) {
+    const auto first = std::uint32_t(solid.positions.size() / 3);
+    for (const Vec& v : {Vec{x, y, 0}, Vec{x + size, y, 0}, Vec{x, y + size, 0}}) solid.add(v);
+    solid.indices.insert(solid.indices.end(), {first, first + 1, first + 2});
+  };
+  for (int i = 0; i < 200; ++i) {
+    const double x = at(random), y = at(random), size = std::pow(10.0, exponent(random));
+    add(x, y, size);
+    origins.insert(origins.end(), {x + size / 3, y + size / 3, 900});
+  }
+  const std::size_t tiny = solid.positions.size();
+  for (const Vec& v : {Vec{-1e3, -1e3, -1}, Vec{1e3, -1e3, -1}, Vec{0, 1e3, -1}}) solid.add(v);
+  solid.indices.insert(solid.indices.end(), {600, 601, 602});
+  const std::vector<double> down{0, 0, -1};
+  const ballot::RayView rays{.origins = origins, .directions = down};
+  std::vector<std::uint32_t> expected(200);
+  std::iota(expected.begin(), expected.end(), 0u);
+  ballot::Scene scene(*device_, {solid.mesh()});
+  EXPECT_EQ(trace(scene, rays, 200).prims, expected);
+  const std::vector<float> places{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  EXPECT_EQ(trace({*device_, {solid.mesh()}, ballot::instances(places)}, rays, 200).prims, expected);
+  for (std::size_t i = 2; i < tiny; i += 3) solid.positions[i] = 0.1;
+  scene.set_vertices(0, std::span<const double>(solid.positions));
+  scene.commit();
+  EXPECT_EQ(trace(scene, rays, 200).prims, expected);
+
+  std::vector<double> wide = solid.positions;  // float32 holds these, and then not
+  for (std::size_t i = 0; i < tiny; i += 9)
+    for (std::size_t k = 0; k < 2; ++k) wide[i + 3 + k] += k ? 0 : 1e-3, wide[i + 6 + k] += k ? 1e-3 : 0;
+  ballot::Scene shrinking(*device_, {ballot::mesh(wide, solid.indices)});
+  EXPECT_EQ(std::ranges::count(trace(shrinking, rays, 200).prims, 200u), 0);
+  shrinking.set_vertices(0, std::span<const double>(solid.positions));
+  shrinking.commit();
+  EXPECT_EQ(trace(shrinking, rays, 200).prims, expected);
+  const ballot::Scene other(*device_, {solid.mesh()}, {.builder = "device"});
+  EXPECT_EQ(trace(other, rays, 200).prims, expected);
 }
 
 TEST_F(DoubleMode, WhatItDoesNotDoIsRefused) {

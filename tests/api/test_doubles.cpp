@@ -1,49 +1,16 @@
 // Coordinates in double: scenes far from zero are counted from an origin, rays from afar are moved before they are
 // rounded, and answers are those of the same scene at zero.
-#include <array>
-#include <cmath>
 #include <limits>
 
-#include "api.h"
+#include "terrain.h"
 
 namespace doubles {
 
 namespace {
 
-constexpr std::array<double, 3> kUtm{5e5, 5e6, 0};  // UTM metres
-constexpr std::size_t kRays = 4000;
+using namespace terrain;
+
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::vector<double> moved(std::span<const float> vectors, const std::array<double, 3>& by) {
-  std::vector<double> all(vectors.begin(), vectors.end());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] += by[i % 3];
-  return all;
-}
-
-/// A terrain of 1000 metres, with coordinates in 64ths.
-struct Terrain {
-  Grid grid{100};
-  Terrain() {
-    for (std::size_t i = 0; i < grid.positions.size(); i += 3) {
-      float* p = &grid.positions[i];
-      p[0] = std::round(p[0] * 64000) / 64, p[1] = std::round(p[1] * 64000) / 64;
-      p[2] = std::round(64 * (40 * std::sin(p[0] / 70) + 25 * std::cos(p[1] / 40))) / 64;
-    }
-  }
-};
-
-/// Rays that see the terrain, with origins in 64ths.
-struct Sight {
-  std::vector<float> origins, directions;
-  Sight() {
-    std::mt19937 random(3);
-    std::uniform_real_distribution<float> at(0, 1000), turn(-1, 1);
-    for (std::size_t i = 0; i < kRays; ++i) {
-      origins.insert(origins.end(), {std::round(at(random) * 64) / 64, std::round(at(random) * 64) / 64, 200});
-      directions.insert(directions.end(), {turn(random), turn(random), -0.6f - turn(random) * 0.4f});
-    }
-  }
-};
 
 std::vector<ballot::Hit> trace(const ballot::Scene& scene, const ballot::RayView& rays, const ballot::Query& query) {
   std::vector<ballot::Hit> hits(kRays);
@@ -72,7 +39,8 @@ TEST_F(Doubles, HitsOfEveryMethodAreThoseAtZero) {
   EXPECT_EQ(near.info().origin[1], 0);
   EXPECT_EQ(far.meshes()[0].rounding, 0);  // 64ths are exact about the origin
   for (const std::string& method : ballot::names(BALLOT_NAMES_METHODS))
-    for (const char* numeric : {"watertight", "exact"}) {
+    for (const char* numeric : {"watertight", "exact", "double"}) {
+      if (numeric == std::string_view("double") && !method.starts_with("bvh")) continue;  // compiles for long
       SCOPED_TRACE(method + " " + numeric);
       const ballot::Query query{.method = method, .numeric = numeric};
       const auto truth = trace(near, near_rays_, query);

@@ -1,8 +1,10 @@
 // The fixture of the command-line tests: it runs commands as a user does, in temporary folders.
 #pragma once
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
@@ -65,6 +67,30 @@ class Cli : public ::testing::Test {
   /// Writes rays.npy: n rays along -z from z = 2 over [-2, 2]^2, so that some miss the square.
   std::string rays(std::size_t n = 64) const;
   std::vector<Hit> hits(const std::string& name = "hits.npy") const;
+  /// Writes an array of so many columns, such as points.npy of 3 or rays.npy of 6.
+  template <class Number = float>
+  void array(const std::string& name, const std::vector<Number>& numbers, std::size_t columns) const {
+    std::string header = fmt::format("{{'descr': '<f{}', 'fortran_order': False, 'shape': ({}, {}), }}", sizeof(Number),
+                                     numbers.size() / columns, columns);
+    header.resize((10 + header.size() + 64) / 64 * 64 - 10, ' ');
+    header.back() = '\n';
+    std::string file("\x93NUMPY\x01\x00", 8);
+    file += char(header.size() % 256);
+    file += char(header.size() / 256);
+    file += header;
+    file.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
+    write(name, file);
+  }
+  /// Returns the items of an array.
+  template <class T>
+  std::vector<T> items(const std::string& name, const char* descr) const {
+    const std::string file = read(name);
+    const std::size_t start = file.find('\n') + 1;
+    EXPECT_NE(file.find(descr), std::string::npos) << file.substr(0, start);
+    std::vector<T> all((file.size() - start) / sizeof(T));
+    if (!all.empty()) std::memcpy(all.data(), file.data() + start, all.size() * sizeof(T));
+    return all;
+  }
 
  private:
   const TemporaryFolder folder_;

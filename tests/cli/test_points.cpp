@@ -28,58 +28,11 @@ class Points : public Cli {
     write("turned.obj", text.substr(0, text.rfind("f ")) + "f 6 8 4 2\n");
   }
 
-  /// Writes points.npy, or rays.npy of six columns.
-  template <class Number = float>
-  void array(const std::string& name, const std::vector<Number>& numbers, std::size_t columns) const {
-    std::string header = fmt::format("{{'descr': '<f{}', 'fortran_order': False, 'shape': ({}, {}), }}", sizeof(Number),
-                                     numbers.size() / columns, columns);
-    header.resize((10 + header.size() + 64) / 64 * 64 - 10, ' ');
-    header.back() = '\n';
-    std::string file("\x93NUMPY\x01\x00", 8);
-    file += char(header.size() % 256);
-    file += char(header.size() / 256);
-    file += header;
-    file.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
-    write(name, file);
-  }
   /// Writes an array of masks.
   void masks(const std::string& name, const std::vector<std::uint32_t>& numbers) const {
     write_numbers(path(name), std::span<const std::uint32_t>(numbers));
   }
-  /// Returns the items of an array.
-  template <class T>
-  std::vector<T> items(const std::string& name, const char* descr) const {
-    const std::string file = read(name);
-    const std::size_t start = file.find('\n') + 1;
-    EXPECT_NE(file.find(descr), std::string::npos) << file.substr(0, start);
-    std::vector<T> all((file.size() - start) / sizeof(T));
-    if (!all.empty()) std::memcpy(all.data(), file.data() + start, all.size() * sizeof(T));
-    return all;
-  }
 };
-
-TEST_F(Points, ArraysInDoubleFarFromZero) {
-  constexpr double kEast = 500000.3, kNorth = 5e6 + 0.2;
-  array<double>("far.npy", {kEast, kNorth, 0, kEast + 2, kNorth, 0, kEast, kNorth + 2, 0}, 9);
-  array<double>("points.npy", {kEast + 0.25, kNorth + 0.5, 1.5, kEast - 3, kNorth, 0}, 3);
-  array<double>("rays.npy", {kEast + 0.25, kNorth + 0.5, 6e7, 0, 0, -1, kEast + 0.25, kNorth + 0.5, 3, 0, 0, -1}, 6);
-  succeed({"distance", "far.npy", "--points", "points.npy", "--out", "d.npy"});
-  const auto distances = items<float>("d.npy", "'<f4'");
-  ASSERT_EQ(distances.size(), 2u);
-  EXPECT_NEAR(distances[0], 1.5, 1e-6);
-  EXPECT_NEAR(distances[1], 3, 1e-6);
-  succeed({"trace", "far.npy", "--rays", "rays.npy", "--out", "h.npy"});
-  const auto found = hits("h.npy");
-  ASSERT_EQ(found.size(), 2u);
-  EXPECT_EQ(found[0].t, 6e7f);
-  EXPECT_NEAR(found[0].u, 0.125, 1e-6);
-  EXPECT_NEAR(found[1].t, 3, 1e-6);
-  succeed({"trace", "far.npy", "--rays", "rays.npy", "--out", "c.npy", "--all"});
-  EXPECT_EQ(items<float>("c.npy", "'ray'")[1], 6e7f);
-  succeed({"trace", "far.npy", "--rays", "rays.npy", "--out", "n.npy", "--count"});
-  EXPECT_EQ(items<std::uint32_t>("n.npy", "'<u4'"), (std::vector<std::uint32_t>{1, 1}));
-  expect_parts(succeed({"info", "far.npy"}).out, {"counted from the origin (500001"});
-}
 
 TEST_F(Points, Distances) {
   array("points.npy", {1, 1, 4, 1, 1, 1.75f, 9, 1, 1}, 3);

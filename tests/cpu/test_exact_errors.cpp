@@ -13,6 +13,8 @@ namespace {
 using shapes::Triangles;
 
 constexpr Hit kMiss{0, NO_HIT, 0, 0};
+constexpr Arithmetic kArithmetics[] = {Arithmetic::Woop, Arithmetic::MoellerTrumbore, Arithmetic::Exact,
+                                       Arithmetic::WoopInDouble};
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 // Prims 0 and 1 share an edge at z = 1. Prim 2 is a twin of 0, prim 3 lies 2 ulp behind them, and prim 4 far behind.
@@ -50,7 +52,7 @@ TEST_F(ErrorsOfAnswers, RightAnswersHaveNone) {
   std::vector<Hit> answers;
   for (const Ray& ray : rays) answers.push_back(hit(exact_.nearest(ray)));
   for (const Want want : {Want::Nearest, Want::Any})
-    for (const Arithmetic arithmetic : {Arithmetic::Woop, Arithmetic::MoellerTrumbore, Arithmetic::Exact}) {
+    for (const Arithmetic arithmetic : kArithmetics) {
       const ErrorFigures f = figures(rays, answers, want, arithmetic);
       EXPECT_EQ(f.rays, 4u);
       EXPECT_EQ(f.errors() + f.ties + f.within_bound + f.beyond_bound, 0u);
@@ -68,8 +70,8 @@ TEST_F(ErrorsOfAnswers, RaysBeyondTheRangeAreAClassOfTheirOwn) {
   };
   const Ray tiny{{0.5f, 0.25f, 2}, 0, {0, 0, -1.17e-38f}, 10}, least{{0.5f, 0.25f, 2}, 0, {0, 0, -0x1p-126f}, 1e38f};
   const Ray far{{0.5f, 0.25f, 3e7f}, 0, {0, 0, -1}, 1e9f}, near{{0.5f, 0.25f, 2e7f}, 0, {0, 0, -1}, 1e9f};
-  for (const Arithmetic arithmetic : {Arithmetic::Woop, Arithmetic::MoellerTrumbore, Arithmetic::Exact}) {
-    const std::uint64_t exact = arithmetic == Arithmetic::Exact ? 1 : 0;
+  for (const Arithmetic arithmetic : kArithmetics) {
+    const std::uint64_t exact = arithmetic == Arithmetic::Exact || arithmetic == Arithmetic::WoopInDouble ? 1 : 0;
     expect_class(tiny, kMiss, arithmetic, 1, 0);  // dead in every mode
     expect_class(tiny, hit(inside_, 0), arithmetic, 0, 1);
     expect_class(dead_, kMiss, arithmetic, 0, 0);
@@ -104,9 +106,9 @@ TEST_F(ErrorsOfAnswers, EqualTIsATieAndSmallerIsNot) {
   const ErrorFigures twin = figures({inside_, on_edge_}, {hit(inside_, 2), hit(on_edge_, 1)});
   EXPECT_EQ(twin.ties, 2u);
   EXPECT_EQ(twin.errors(), 0u);
-  // 2 ulp of t behind is wrong, however little it is. The error bound of float32 covers it; exact arithmetic has no
-  // bound.
-  for (const Arithmetic arithmetic : {Arithmetic::Woop, Arithmetic::Exact}) {
+  // 2 ulp of t behind is wrong, however little it is. The error bound of float32 covers it, that of float64 does not;
+  // exact arithmetic has no bound.
+  for (const Arithmetic arithmetic : {Arithmetic::Woop, Arithmetic::Exact, Arithmetic::WoopInDouble}) {
     const ErrorFigures behind = figures({inside_}, {hit(inside_, 3)}, Want::Nearest, arithmetic);
     EXPECT_EQ(behind.wrong_prims, 1u);
     EXPECT_EQ(behind.within_bound, arithmetic == Arithmetic::Woop ? 1u : 0u);
@@ -135,6 +137,11 @@ TEST_F(ErrorsOfAnswers, WithinTheBoundAtAnEdge) {
   EXPECT_EQ(exact.within_bound, 0u);
   EXPECT_EQ(exact.beyond_bound, 2u);
   EXPECT_EQ(exact.cases.at(0).reason.find("float32"), std::string::npos) << exact.cases[0].reason;
+  const ErrorFigures in_double = figures({beside, within}, answers, Want::Nearest, Arithmetic::WoopInDouble);
+  EXPECT_EQ(in_double.beyond_bound, 2u);
+  EXPECT_NE(in_double.cases.at(0).reason.find("of what float64 may move it"), std::string::npos);
+  const Ray nearer{{-1e-17f, 0.25f, 2}, 0, {0, 0, -1}, 1.5f};
+  EXPECT_EQ(figures({nearer}, {answers[0]}, Want::Nearest, Arithmetic::WoopInDouble).within_bound, 1u);
 }
 
 TEST_F(ErrorsOfAnswers, ValuesOfTheRightPrim) {
@@ -148,7 +155,7 @@ TEST_F(ErrorsOfAnswers, ValuesOfTheRightPrim) {
   const std::vector<Hit> wrong{changed([](Hit& h) { h.t = kNan; }),  changed([](Hit& h) { h.u = kNan; }),
                                changed([](Hit& h) { h.v = kNan; }),  changed([](Hit& h) { h.t = 1.001f; }),
                                changed([](Hit& h) { h.u = 0.26f; }), changed([](Hit& h) { h.v = 0.5f; })};
-  for (const Arithmetic arithmetic : {Arithmetic::Woop, Arithmetic::MoellerTrumbore, Arithmetic::Exact}) {
+  for (const Arithmetic arithmetic : kArithmetics) {
     const ErrorFigures f = figures(std::vector<Ray>(6, inside_), wrong, Want::Nearest, arithmetic);
     EXPECT_EQ(f.wrong_values, 6u);
     EXPECT_EQ(f.errors(), 6u);

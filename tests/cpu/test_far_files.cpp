@@ -38,27 +38,38 @@ std::vector<std::string> notes_of(const std::string& name, double east, double n
   return far_file(name, east, north, finer).notes;
 }
 
-TEST(FarFiles, ArraysInDoubleAreCountedFromAnOrigin) {
-  const Scene scene = far_file("a.npy", kEast, kNorth, 0.4);
-  EXPECT_TRUE(scene.notes.empty());
-  EXPECT_NEAR(scene.origin.x, kEast, 1);
-  EXPECT_NEAR(scene.origin.y, kNorth, 1);
-  EXPECT_NEAR(double(scene.triangles[0][0].y) + scene.origin.y, kNorth + 0.4, 1e-7);
-  EXPECT_EQ(far_file("a.npy", 1, 1, 0.4).origin, glm::dvec3(0));
+TEST(FarFiles, NumbersThatFloat32DoesNotHoldAreCountedFromAnOrigin) {
+  for (const char* name : {"a.npy", "a.obj", "a.ply"}) {
+    SCOPED_TRACE(name);
+    const Scene scene = far_file(name, kEast, kNorth, 0.4);
+    EXPECT_TRUE(scene.notes.empty());
+    EXPECT_NEAR(scene.origin.x, kEast, 1);
+    EXPECT_NEAR(scene.origin.y, kNorth, 1);
+    EXPECT_NEAR(double(scene.triangles[0][0].y) + scene.origin.y, kNorth + 0.4, 1e-7);
+    EXPECT_EQ(far_file(name, 1, 1, 0.4).origin, glm::dvec3(0));
+    EXPECT_EQ(far_file(name, 1, 1, 0.4).triangles[0][0].y, 1.4f);
+  }
+  for (const char* name : {"a.obj", "a.ply"})  // float32 holds whole numbers
+    EXPECT_EQ(far_file(name, kEast, kNorth, 0).origin, glm::dvec3(0)) << name;
 }
 
-TEST(FarFiles, EveryFormatInTextTellsThatItsNumbersAreRounded) {
-  for (const char* name : {"a.obj", "a.stl", "a.ply"}) {
-    SCOPED_TRACE(name);
-    const std::vector<std::string> notes = notes_of(name, kEast, kNorth, 0.4);
-    ASSERT_EQ(notes.size(), 1u);
-    EXPECT_TRUE(notes[0].starts_with(kNote)) << notes[0];
-    EXPECT_NE(notes[0].find("by up to 0.25, which is 2.5e-01 of the scene's size of 1;"), std::string::npos)
-        << notes[0];
-    EXPECT_NE(notes[0].find("subtract (500000.5, 4649776.5, 0)"), std::string::npos) << notes[0];
-    EXPECT_TRUE(notes_of(name, kEast, kNorth, 0).empty());  // whole numbers are held
-    EXPECT_TRUE(notes_of(name, 5, 4, 0.4).empty());
-  }
+// One vertex at zero ends it: the scene reaches from there.
+TEST(FarFiles, AnOriginIsOfScenesThatLieFarFromZeroAsAWhole) {
+  const TemporaryFolder folder;
+  const std::string far_away = fmt::format("v {0} {1} 0\nv {0}.5 {1} 0\nv {0} {1}.25 0.1\n", kEast, kNorth);
+  EXPECT_NE(load_scene(folder.write("a.obj", far_away + "f 1 2 3\n")).origin.y, 0);
+  EXPECT_EQ(load_scene(folder.write("b.obj", far_away + "v 0 0 0\nf 1 2 3\n")).origin, glm::dvec3(0));
+  EXPECT_EQ(load_scene(folder.write("c.obj", "v 0 0 0\n" + far_away + "f 2 3 4\n")).origin, glm::dvec3(0));
+}
+
+TEST(FarFiles, TextThatIsRoundedIsTold) {
+  const std::vector<std::string> notes = notes_of("a.stl", kEast, kNorth, 0.4);
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_TRUE(notes[0].starts_with(kNote)) << notes[0];
+  EXPECT_NE(notes[0].find("by up to 0.25, which is 2.5e-01 of the scene's size of 1;"), std::string::npos) << notes[0];
+  EXPECT_NE(notes[0].find("subtract (500000.5, 4649776.5, 0)"), std::string::npos) << notes[0];
+  EXPECT_TRUE(notes_of("a.stl", kEast, kNorth, 0).empty());  // whole numbers are held
+  EXPECT_TRUE(notes_of("a.stl", 5, 4, 0.4).empty());
 }
 
 }  // namespace

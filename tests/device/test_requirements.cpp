@@ -56,22 +56,26 @@ TEST(Requirements, VotesMustWorkInCompute) {
   EXPECT_EQ(refusals(m).size(), 1u);
 }
 
-// To compile mode exact for a device without float64 is no error; to trace with it is one.
-TEST(Requirements, ExactArithmeticNeedsFloat64) {
+// To compile these modes for a device without float64 is no error; to trace with them is one.
+TEST(Requirements, ModesInFloat64NeedIt) {
   DeviceInfo device;
   device.name = "a device";
   EXPECT_EQ(find_numeric("watertight", device).name, "watertight");
-  try {
-    find_numeric("exact", device);
-    ADD_FAILURE() << "mode exact was accepted without float64, expected an error";
-  } catch (const Error& e) {
-    EXPECT_EQ(e.kind(), Failure::Arguments);
-    EXPECT_EQ(std::string(e.what()),
-              "numeric mode exact needs double precision (shaderFloat64), which a device lacks; modes without it: "
-              "fast, plain, watertight");
+  for (const char* mode : {"exact", "double"}) {
+    device.float64 = false;
+    try {
+      find_numeric(mode, device);
+      ADD_FAILURE() << "mode " << mode << " was accepted without float64, expected an error";
+    } catch (const Error& e) {
+      EXPECT_EQ(e.kind(), Failure::Arguments);
+      EXPECT_EQ(std::string(e.what()),
+                "numeric mode " + std::string(mode) +
+                    " needs double precision (shaderFloat64), which a device lacks; modes without it: fast, plain, "
+                    "watertight");
+    }
+    device.float64 = true;
+    EXPECT_EQ(find_numeric(mode, device).name, mode);
   }
-  device.float64 = true;
-  EXPECT_EQ(find_numeric("exact", device).name, "exact");
 }
 
 }  // namespace

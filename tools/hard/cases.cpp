@@ -107,6 +107,17 @@ constexpr HardPointCase kPointCases[] = {
      limits_at_distances},
 };
 
+constexpr HardDoubleCase kDoubleCases[] = {
+    {"utm-in-double", "Accelerad #4", "map coordinates, whose float32 spacing is half a metre", utm_in_double},
+    {"earth-centred", "Ballot, design", "terrain in earth-centred coordinates, turned and 6 400 km from zero",
+     earth_centred},
+    {"satellites", "Ballot, design", "a city seen from 700 km above, in earth-centred coordinates", satellites},
+    {"reactor", "Ballot, design", "walls of pipes and plates 1e-6 apart, in a box of 1e3", reactor},
+    {"long-rays", "Mitsuba 3 #61", "rays of length 1e9 at a sphere of radius 100", long_rays},
+    {"tiny-beside-large", "Embree, verify (small triangles)", "triangles of 1e-14 to 1e-8 beside one of 1e3",
+     tiny_beside_large},
+};
+
 Scene with_vertex(const glm::vec3& bad) {
   Scene scene;
   scene.name = "refused";
@@ -139,6 +150,8 @@ constexpr HardRefusal kRefusals[] = {
 std::span<const HardCase> hard_cases() { return kCases; }
 
 std::span<const HardPointCase> hard_point_cases() { return kPointCases; }
+
+std::span<const HardDoubleCase> hard_double_cases() { return kDoubleCases; }
 
 std::span<const HardRefusal> hard_refusals() { return kRefusals; }
 

@@ -46,6 +46,9 @@ float power_of_two(int exponent);
 Scene scene_of(std::string name, Triangles triangles);
 Bounds bounds_of(const Triangles& triangles);
 
+/// Returns a height field of n x n cells whose heights are multiples of 1/8, and boxes over it; x east, y up, z south.
+Triangles city(int n, float cell, const glm::vec3& corner, std::size_t buildings);
+
 // Meshes.
 Triangles octasphere(int levels);  // closed, vertices near the unit sphere, exactly symmetric in every axis
 Triangles icosphere(int levels);   // closed, vertices near the unit sphere
@@ -139,6 +142,13 @@ HardPointScene far_shell_lattice(bool quick);
 HardPointScene points_at_collinear(bool quick);
 HardPointScene far_points(bool quick);
 HardPointScene limits_at_distances(bool quick);
+
+HardDoubleScene utm_in_double(bool quick);
+HardDoubleScene earth_centred(bool quick);
+HardDoubleScene satellites(bool quick);
+HardDoubleScene reactor(bool quick);
+HardDoubleScene long_rays(bool quick);
+HardDoubleScene tiny_beside_large(bool quick);
 
 HardScene ray_counts(bool quick);
 HardScene dead_rays(bool quick);

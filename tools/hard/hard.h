@@ -61,6 +61,19 @@ struct HardPointCase {
   HardPointScene (*make)(bool quick);
 };
 
+/// Vertices and rays that float32 does not hold, in the world. No ray passes an edge so near that the answer is in
+/// doubt.
+struct HardDoubleScene {
+  std::vector<CornersInDouble> triangles;
+  std::vector<RayInDouble> rays;
+};
+
+/// A hard case of coordinates in double; its parts are those of HardCase. Quick: up to about a thousand rays, else 2e4.
+struct HardDoubleCase {
+  std::string_view name, from, what;
+  HardDoubleScene (*make)(bool quick);
+};
+
 /// A scene that must be refused: finish_scene or build_bvh must throw Error with a text that contains `says`.
 struct HardRefusal {
   std::string_view name, from, what, says;
@@ -70,6 +83,7 @@ struct HardRefusal {
 /// Returns all cases in a fixed order. Thread-safe.
 std::span<const HardCase> hard_cases();
 std::span<const HardPointCase> hard_point_cases();
+std::span<const HardDoubleCase> hard_double_cases();
 std::span<const HardRefusal> hard_refusals();
 
 /// Returns points that are hard on any mesh: at corners, on edges of and inside triangles, an ulp beside these, and

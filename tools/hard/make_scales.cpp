@@ -6,7 +6,22 @@
 namespace ballot::hard {
 namespace {
 
-/// Returns a height field of n x n cells whose heights are multiples of 1/8, and boxes over it; x east, y up, z south.
+/// Returns rays from points of a box above the mesh at targets on its first `targets` triangles.
+std::vector<Ray> from_above(const Triangles& mesh, std::size_t count, std::size_t targets, const Bounds& box,
+                            std::uint64_t seed) {
+  Random random(seed);
+  const Triangles ground(mesh.begin(), mesh.begin() + static_cast<std::ptrdiff_t>(targets));
+  std::vector<Ray> rays;
+  while (rays.size() < count) {
+    glm::vec3 from;
+    for (int k = 0; k < 3; ++k) from[k] = random.in(box.lo[k], box.hi[k]);
+    rays.push_back(towards(from, target(ground, random)));
+  }
+  return rays;
+}
+
+}  // namespace
+
 Triangles city(int n, float cell, const glm::vec3& corner, std::size_t buildings) {
   const auto at = [&](int i, int j) {
     const glm::vec3 p(static_cast<float>(i) * cell, 0, static_cast<float>(j) * cell);
@@ -28,22 +43,6 @@ Triangles city(int n, float cell, const glm::vec3& corner, std::size_t buildings
   }
   return mesh;
 }
-
-/// Returns rays from points of a box above the mesh at targets on its first `targets` triangles.
-std::vector<Ray> from_above(const Triangles& mesh, std::size_t count, std::size_t targets, const Bounds& box,
-                            std::uint64_t seed) {
-  Random random(seed);
-  const Triangles ground(mesh.begin(), mesh.begin() + static_cast<std::ptrdiff_t>(targets));
-  std::vector<Ray> rays;
-  while (rays.size() < count) {
-    glm::vec3 from;
-    for (int k = 0; k < 3; ++k) from[k] = random.in(box.lo[k], box.hi[k]);
-    rays.push_back(towards(from, target(ground, random)));
-  }
-  return rays;
-}
-
-}  // namespace
 
 // One sphere for each exponent, among them those at which products of two and of three lengths leave float32's range.
 // The spheres are far from each other relative to their own size. Directions are as long as the sphere, or of unit

@@ -21,7 +21,7 @@ struct PointArgs {
   std::string points, out, slice, png;
   double limit = 0;
   std::uint32_t grid = 0;  // points along each axis; 0: the points of a file
-  bool signed_distance = false;
+  bool signed_distance = false, distances_double = false;
 
   /// Returns true if the nearest triangle's side gives a distance its sign.
   bool by_sides() const { return query().sides; }
@@ -55,6 +55,8 @@ class AskedPoints {
     const std::uint64_t row = i / side_;
     return lo_ + step_ * glm::vec3(float(i % side_), float(row % side_), float(row / side_));
   }
+  /// Returns a point of a file about the origin, not rounded.
+  glm::dvec3 in_double(std::uint64_t i) const { return points_.about_in_double(origin_, std::size_t(i)); }
   nlohmann::json grid() const {
     if (!side_) return {};
     const glm::dvec3 first = glm::dvec3(lo_) + origin_;
@@ -80,14 +82,12 @@ std::optional<AskedPoints> points_of_file(const PointArgs& args) {
   return {};
 }
 
-/// Writes a column, or a grid as a volume: NumPy's of shape (z, y, x), or bare float32 if the name ends in .raw.
+/// Writes a column, or a grid as a volume: NumPy's of shape (z, y, x), or bare float32 if the name ends in .raw; and
+/// the picture of --slice.
+void write_distances(const PointArgs& args, std::span<const double> distances) { write_numbers(args.out, distances); }
 void write_distances(const PointArgs& args, std::span<const float> distances) {
   if (args.grid == 0) return write_numbers(args.out, distances);
   write_volume(args.out, distances, args.grid);
-}
-
-/// Writes the picture of --slice.
-void write_slice(const PointArgs& args, std::span<const float> distances) {
   if (args.png.empty()) return;
   write_png(args.png, draw_slice(distances, args.grid, parse_slice(args.slice, args.grid)));
 }
@@ -175,16 +175,30 @@ void find_inside(DeviceScene& world, const AskedPoints& points, const PointQuery
   spent.retraced += times.retraced;
 }
 
+/// Returns a distance that was found, in float32 or, from where the point is in double to the nearest one, in double.
+void tell(const DeviceScene&, const AskedPoints&, std::uint64_t, const Nearest& found, float& distance) {
+  distance = found.distance;
+}
+void tell(const DeviceScene& world, const AskedPoints& points, std::uint64_t i, const Nearest& found,
+          double& distance) {
+  distance = double(found.distance);
+  if (found.prim != NO_HIT && !world.shape_normal({0, found.prim, found.u, found.v}))
+    distance = glm::length(points.in_double(i) - position_of(world.triangle(found.prim), found.u, found.v));
+}
+
 /// Finds the distances. Returns how many points have a triangle.
+template <class Number>
 std::size_t find_distances(DeviceScene& world, const PointArgs& args, const AskedPoints& points,
-                           std::vector<float>& distances, TraceTimes& spent) {
+                           std::vector<Number>& distances, TraceTimes& spent) {
   ProgressBar bar("distance");
   const InterruptGuard interrupt;
   const float limit = args.limit > 0 ? float(args.limit) : std::numeric_limits<float>::infinity();
   std::size_t near = 0;
   const auto take = [&](std::uint64_t first, std::span<const Nearest> found) {
     for (std::size_t i = 0; i < found.size(); ++i) {
-      distances[std::size_t(first) + i] = found[i].behind ? -found[i].distance : found[i].distance;
+      Number& distance = distances[std::size_t(first) + i];
+      tell(world, points, first + i, found[i], distance);
+      if (found[i].behind) distance = -distance;
       near += found[i].prim != NO_HIT;
     }
   };
@@ -192,20 +206,10 @@ std::size_t find_distances(DeviceScene& world, const PointArgs& args, const Aske
   return near;
 }
 
-int run_distance(PointArgs& args) {
-  note_files(args);
-  args.query();
-  if (args.limit < 0 || std::isnan(args.limit))
-    fail(Failure::Arguments, "--limit {}: expected a distance above 0", args.limit);
-  check_slice(args);
-  const std::optional<AskedPoints> of_file = points_of_file(args);
-  Opened opened = open_scene(args.world);
-  DeviceScene& world = *opened.world;
-  if (args.signed_distance) need_closed(world, args);
-  const Bounds& bounds = world.forest() ? world.scene_facts().bounds : world.bvh().bounds;
-  AskedPoints points = of_file ? *of_file : AskedPoints(bounds, args.grid);
-  points.ask(world.scene_facts());
-  std::vector<float> distances(std::size_t(points.count()));
+/// Finds the distances, with their signs, and writes them.
+template <class Number>
+int answer_distances(DeviceScene& world, const PointArgs& args, const AskedPoints& points) {
+  std::vector<Number> distances(std::size_t(points.count()));
   TraceTimes spent;
   const std::size_t near = find_distances(world, args, points, distances, spent);
   if (args.signed_distance && !args.by_sides()) {
@@ -216,9 +220,27 @@ int run_distance(PointArgs& args) {
     find_inside(world, points, args.query(), take, spent);
   }
   write_distances(args, distances);
-  write_slice(args, distances);
   print_points(world, args, points, fmt::format("{} with a triangle", near), spent);
   return finish(world);
+}
+
+int run_distance(PointArgs& args) {
+  note_files(args);
+  args.query();
+  if (args.limit < 0 || std::isnan(args.limit))
+    fail(Failure::Arguments, "--limit {}: expected a distance above 0", args.limit);
+  if (args.distances_double && args.grid)
+    fail(Failure::Arguments, "--distances-double: of --points alone; a field of --grid is float32");
+  check_slice(args);
+  const std::optional<AskedPoints> of_file = points_of_file(args);
+  Opened opened = open_scene(args.world);
+  DeviceScene& world = *opened.world;
+  if (args.signed_distance) need_closed(world, args);
+  const Bounds& bounds = world.forest() ? world.scene_facts().bounds : world.bvh().bounds;
+  AskedPoints points = of_file ? *of_file : AskedPoints(bounds, args.grid);
+  points.ask(world.scene_facts());
+  if (args.distances_double) return answer_distances<double>(world, args, points);
+  return answer_distances<float>(world, args, points);
 }
 
 int run_inside(PointArgs& args) {
@@ -271,9 +293,11 @@ void add_distance(CLI::App& app, int& result) {
   cmd->add_option("--png", args->png, "FILE.png of the slice, a pixel a point: blue outside, orange inside");
   cmd->add_flag("--signed", args->signed_distance, "negative inside of the mesh, as --sign says");
   args->rows.add_to(*cmd, {"sign"});
+  cmd->add_flag("--distances-double", args->distances_double,
+                "float64: from the point as it was given to the nearest one of the triangle");
   cmd->add_option("--limit", args->limit, "look no farther than this; distances beyond are infinite");
   show_first(*cmd, {"--points", "--grid", "--out", "--signed", "--sign", "--slice", "--png", "--limit",
-                    "--assume-closed", "--numeric", "--device", "--json"});
+                    "--distances-double", "--assume-closed", "--numeric", "--device", "--json"});
 }
 
 void add_inside(CLI::App& app, int& result) {

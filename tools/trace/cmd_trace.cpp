@@ -17,7 +17,7 @@ struct TraceArgs {
   std::vector<std::string> rays, out, ray_masks;
   std::string part, masks;
   OptionRows rows;  // any, first, cull, alpha
-  bool count = false, all = false, verbose = false;
+  bool count = false, all = false, t_double = false, verbose = false;
 
   /// Returns what is asked of crossings.
   CrossingQuery crossing() const {
@@ -115,6 +115,10 @@ void check_crossings(const TraceArgs& args) {
   const BallotQuery& asked = args.rows.query();
   if (args.count + args.all + (asked.first != 0) + (asked.last != 0) + (asked.any != 0) > 1)
     fail(Failure::Arguments, "--count, --all, --first, --last and --any: give one of them");
+  if (args.t_double)
+    fail(Failure::Arguments,
+         "--t-double: of nearest and any hits alone; leave --count, --all, --first, --last, masks, --cull "
+         "and --alpha out");
   if (args.query.method != kDefaultMethod || !args.query.knobs.empty())
     fail(Failure::Arguments,
          "--count, --all, --first, --last, masks, --cull and --alpha have a kernel of their own; leave --method and "
@@ -177,7 +181,7 @@ int run_trace(TraceArgs& args) {
     FileTrace done;
     {
       ProgressBar bar(args.rays.size() == 1 ? "tracing" : "tracing " + args.rays[i]);
-      done = trace_file(world, open_rays(args, args.rays[i]), args.out[i], query,
+      done = trace_file(world, open_rays(args, args.rays[i]), args.out[i], query, args.t_double,
                         [&](double share) { interrupt.stop("tracing"), bar.update(share); });
     }
     print_result(world, args.out[i], done, query, args.verbose);
@@ -197,7 +201,8 @@ void add_trace(CLI::App& app, int& result) {
   cmd->footer(
       "Examples: ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy\n"
       "          make_rays | ballot trace scenes/cornell.gltf --rays - --out - | use_hits\n"
-      "Rays are float32 (n,8); a row is ox oy oz t_min dx dy dz t_max, or without bounds (n,6): origin, direction.\n"
+      "Rays are float32 or float64 (n,8); a row is ox oy oz t_min dx dy dz t_max, or without bounds (n,6): origin, "
+      "direction.\n"
       "Directions need not have unit length; t is in multiples of the direction. Hits are\n"
       "[('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], with prim 4294967295 on a miss;\n"
       "'ballot info SCENE --triangles T.npy' writes the triangles that prim numbers. Keep rays of like direction next\n"
@@ -216,6 +221,9 @@ void add_trace(CLI::App& app, int& result) {
                 "list all of them, ray by ray in order of t: [('ray','<u4'),('t','<f4'),('prim','<u4'),('u','<f4'),\n"
                 "('v','<f4')]");
   args->rows.add_to(*cmd, {"any", "first", "last", "cull", "alpha"});
+  cmd->add_flag("--t-double", args->t_double,
+                "t of hits in double, where the ray as it was given meets the triangle's plane: [('t','<f8'),\n"
+                "('prim','<u4'),('u','<f4'),('v','<f4')]");
   cmd->add_option(
       "--masks", args->masks,
       "FILE.npy with a mask for each triangle, uint32 (n,); a triangle is left out if it shares no bit with\n"
@@ -223,7 +231,7 @@ void add_trace(CLI::App& app, int& result) {
   cmd->add_option("--ray-masks", args->ray_masks, "FILE.npy with a mask for each ray, one file for each of --rays");
   add_verbose(*cmd, args->verbose);
   show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",
-                    "--device", "--json", "--verbose"});
+                    "--t-double", "--device", "--json", "--verbose"});
 }
 
 }  // namespace ballot::cli

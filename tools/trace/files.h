@@ -11,13 +11,14 @@
 
 namespace ballot::cli {
 
-/// Reads rays ahead: while a block is used, another thread reads the next one.
+/// Reads rays ahead, Ray or RayInDouble: while a block is used, another thread reads the next one.
+template <class Kind>
 class ReadAhead {
  public:
   /// Takes the file over.
   explicit ReadAhead(RayFile file);
   /// Returns the rays that come next, as many as fit. Throws what reading threw.
-  std::size_t next(std::span<Ray> room);
+  std::size_t next(std::span<Kind> room);
   /// Returns the dead rays of the file. Call it behind the last ray.
   const DeadRays& dead() const { return file_.dead(); }
 
@@ -25,10 +26,10 @@ class ReadAhead {
   void begin();
 
   RayFile file_;
-  std::uint64_t left_;             // rays that nobody reads yet
-  std::vector<Ray> block_, next_;  // used; read
-  std::size_t used_ = 0;           // rays of block_
-  std::future<void> reading_;      // next_; waits at its end, so before the others
+  std::uint64_t left_;              // rays that nobody reads yet
+  std::vector<Kind> block_, next_;  // used; read
+  std::size_t used_ = 0;            // rays of block_
+  std::future<void> reading_;       // next_; waits at its end, so before the others
 };
 
 /// Writes bytes behind: while a block is written by another thread, the next one is made.
@@ -55,10 +56,10 @@ struct FileTrace {
   std::string ray_class;  // of the first rays, if the query's method is auto
 };
 
-/// Traces the rays of a file and writes their hits to `to`: an open stream such as /dev/stdout gets them as they come,
-/// a file appears when it is complete. The memory does not depend on the number of rays: about 0.4 GiB on the host, as
-/// much on a GPU. Throws Error.
-FileTrace trace_file(DeviceScene& world, RayFile from, const std::string& to, const Query& query,
+/// Traces the rays of a file and writes their hits to `to`, with t as float32 or, if `t_double`, in double: an open
+/// stream such as /dev/stdout gets them as they come, a file appears when it is complete. The memory does not depend on
+/// the number of rays: about 0.4 GiB on the host, as much on a GPU. Throws Error.
+FileTrace trace_file(DeviceScene& world, RayFile from, const std::string& to, const Query& query, bool t_double,
                      const Progress& progress);
 
 }  // namespace ballot::cli

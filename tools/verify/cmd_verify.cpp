@@ -2,8 +2,10 @@
 
 #include "tools/bench/bench_queries.h"
 #include "tools/program/help.h"
+#include "tools/program/interrupt.h"
 #include "tools/program/picture_size.h"
 #include "tools/program/run_args.h"
+#include "tools/verify/doubles.h"
 #include "tools/verify/hard.h"
 #include "tools/verify/origins.h"
 #include "tools/verify/tables.h"
@@ -23,7 +25,24 @@ struct VerifyArgs {
 struct Found {
   bench::RunResult run;
   std::vector<std::string> not_refused;
+  std::uint64_t unlike_in_double = 0;  // answers of mode double
 };
+
+/// Answers the hard cases of coordinates in double in the modes of a plan, and prints them.
+void add_double_cases(const VerifyArgs& args, const bench::RunOptions& options, const bench::Plan& plan,
+                      const std::shared_ptr<Context>& context, Found& found) {
+  std::vector<std::string> modes;
+  for (const bench::Entry& entry : plan.entries)
+    if (std::ranges::find(modes, entry.query.numeric) == modes.end()) modes.push_back(entry.query.numeric);
+  DeviceSceneOptions world = options.world;
+  world.context = context;
+  ProgressBar bar("hard cases in double");
+  const InterruptGuard interrupt;
+  const auto progress = [&](double share) { interrupt.stop("verify"), bar.update(share); };
+  const std::vector<verify::DoubleRecord> records = verify::run_double_cases(modes, world, args.quick, progress);
+  for (const verify::DoubleRecord& r : records) found.unlike_in_double += r.unlike;
+  say("{}", verify::double_table(records));
+}
 
 /// Returns the default methods for scenes. They are few, because the exact answers take long.
 std::string scene_methods() { return fmt::format("{},packet:vote=count", kDefaultMethod); }
@@ -74,6 +93,7 @@ void add_hard_cases(const VerifyArgs& args, const bench::RunOptions& options, co
   document.longest = hard.longest;
   found.not_refused = std::move(hard.not_refused);
   say("{}", verify::hard_table(document.hard));
+  if (hard.signal == 0) add_double_cases(args, options, plan, hard.context, found);
 }
 
 Found measure(VerifyArgs& args) {
@@ -110,7 +130,10 @@ bool print_failures(const VerifyArgs& args, const Found& found) {
     broken[r.failed.empty() ? r.numeric : "a hard case"] += verify::broken_promises(r);
     if (r.failed.empty()) judge(r.errors);
   }
-  bool any = above > 0 || !found.not_refused.empty();
+  bool any = above > 0 || !found.not_refused.empty() || found.unlike_in_double > 0;
+  if (found.unlike_in_double > 0)
+    say_aside("ballot: double: {} answers of hard cases in double are not those of tests of every triangle\n",
+              found.unlike_in_double);
   for (const auto& [numeric, count] : broken) {
     if (count > 0) say_aside("ballot: {}: {} answers break what the mode promises\n", numeric, count);
     any = any || count > 0;

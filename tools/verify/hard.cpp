@@ -65,6 +65,7 @@ class HardRun {
     } catch (const bench::Interrupted&) {
       result_.signal = interrupt_.signal();
     }
+    result_.context = context_;
     return std::move(result_);
   }
 

@@ -17,10 +17,11 @@ struct HardOptions {
 
 struct HardResult {
   std::vector<bench::HardRecord> records;
-  std::vector<std::string> not_refused;  // scenes that should have been refused and were not, a sentence each
-  std::size_t messages = 0;              // messages of the validation layers
-  Context::Timed longest = {};           // the pass that took longest on the device
-  int signal = 0;                        // that ended the run early; the records hold the answers so far
+  std::vector<std::string> not_refused;   // scenes that should have been refused and were not, a sentence each
+  std::size_t messages = 0;               // messages of the validation layers
+  Context::Timed longest = {};            // the pass that took longest on the device
+  std::shared_ptr<Context> context = {};  // the device
+  int signal = 0;                         // that ended the run early; the records hold the answers so far
 };
 
 /// Traces the rays of every case with every entry. Calls `begin` with the device before the first trace. A case that

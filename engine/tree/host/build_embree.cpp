@@ -56,6 +56,7 @@ struct Job {
   std::span<const Triangle> triangles;
   std::span<const Bounds> boxes;  // either
   const Progress& progress;
+  bool keeps_flat = false;
   glm::vec3 thickness{0};  // of the thinnest part that a split may leave, by axis
   std::mutex mutex;        // guards the members below
   double reported = 0;
@@ -180,7 +181,7 @@ void fill(std::vector<RTCBuildPrimitive>& parts, const Job& job) {
   std::size_t at = 0;
   for (std::size_t i = 0; i < job.boxes.size(); ++i) parts[at++] = part_of(job.boxes[i], i);
   for (std::size_t prim = 0; prim < triangles.size(); ++prim) {
-    if (is_degenerate(triangles[prim])) continue;
+    if (!job.keeps_flat && is_degenerate(triangles[prim])) continue;
     parts[at++] = part_of(bounds_of(triangles[prim]), prim);
   }
 }
@@ -250,7 +251,7 @@ const BuildNode* build_tree(RTCDevice device, RTCBVH memory, std::size_t count, 
 Bvh build(std::span<const Triangle> triangles, std::span<const Bounds> boxes, std::size_t count,
           const BuildSettings& settings, const Progress& progress) {
   if (count == 0) return {};
-  Job job{triangles, boxes, progress, {}, {}, 0, {}, {}};
+  Job job{triangles, boxes, progress, settings.keeps_flat, {}, {}, 0, {}, {}};
   const Device device(rtcNewDevice(nullptr));
   if (!device) {
     const RTCError error = rtcGetDeviceError(nullptr);
@@ -304,7 +305,7 @@ Bvh build_bvh(std::span<const Triangle> triangles, const BuildSettings& asked, c
          "bvh: builder '{}' runs on a Vulkan device, but none is at hand; use one of the others: {}",
          builder_of(settings.builder).name, names_of(kBuilders));
   check_triangles(triangles);
-  const std::size_t proper = count_proper(triangles);
+  const std::size_t proper = settings.keeps_flat ? triangles.size() : count_proper(triangles);
   Bvh bvh;
   try {
     bvh = build(triangles, {}, proper, settings, progress);

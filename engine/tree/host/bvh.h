@@ -23,6 +23,7 @@ struct BuildSettings {
   float traversal_cost = 1.2f;     // SAH cost of one node, positive, in the same unit as:
   float intersection_cost = 1.0f;  // SAH cost of one triangle, positive
   BuilderId builder = BuilderId::Best;
+  bool keeps_flat = false;  // triangles without area get into leaves: float32 rounds them flat, doubles do not
   bool operator==(const BuildSettings&) const = default;
 };
 

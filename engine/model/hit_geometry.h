@@ -9,7 +9,7 @@
 #include "engine/model/recentring.h"
 #include "shaders/shared/layout.h"
 
-namespace ballot::api {
+namespace ballot {
 
 /// Returns the point of a triangle that the weights of its vertices 1 and 2 name.
 template <class Corners>
@@ -43,4 +43,4 @@ inline bool is_front(const glm::dvec3& normal, const Ray& ray) {
   return normal.x * double(ray.dir.x) + normal.y * double(ray.dir.y) + normal.z * double(ray.dir.z) < 0;
 }
 
-}  // namespace ballot::api
+}  // namespace ballot
