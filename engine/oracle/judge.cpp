@@ -225,7 +225,7 @@ Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, s
   const bool meets_both =
       ray.arithmetic == Arithmetic::MoellerTrumbore ? range.surely_hit : ray.arithmetic != Arithmetic::WoopAffine;
   if (meets_both && has_earlier_twin(bvh, ray, answer.prim, triangle)) return {Verdict::WrongPrim};
-  const double before = is_double(ray) ? std::min(range.t_high(), answer.t + ulp(answer.t)) : double(answer.t);
+  const double before = is_double(ray) ? std::max(range.t_low(), answer.t - ulp(answer.t)) : double(answer.t);
   return {surely_nearer(bvh, ray, before) ? Verdict::WrongPrim : Verdict::Tie};
 }
 

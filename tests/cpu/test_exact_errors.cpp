@@ -118,6 +118,25 @@ TEST_F(ErrorsOfAnswers, EqualTIsATieAndSmallerIsNot) {
   }
 }
 
+// Triangles of one plane lie at the same t but for rounding: whichever is named is right within the bound.
+TEST_F(ErrorsOfAnswers, TrianglesOfOnePlaneAreWithinTheBoundOfDouble) {
+  const Triangles plane = shapes::coplanar(100);
+  const PairTree tree = encode_pairs(build_bvh(plane), plane, NodeLayout::Interleaved);
+  const ExactOracle exact(tree);
+  const Oracle bound(tree);
+  std::size_t others = 0;
+  for (const Ray& ray : shapes::random_rays(300)) {
+    const ExactHit truth = exact.nearest(ray);
+    for (std::uint32_t prim = 0; prim < plane.size() && truth.prim != NO_HIT; ++prim) {
+      const ExactHit own = exact.hit(ray, prim);
+      if (own.prim == NO_HIT || own.prim == truth.prim || std::abs(own.t - truth.t) > 1e-16) continue;
+      EXPECT_EQ(bound.judge(ray, hit(own), truth, Want::Nearest, Arithmetic::WoopInDouble), Verdict::Tie) << prim;
+      ++others;
+    }
+  }
+  EXPECT_GT(others, 10u);
+}
+
 TEST_F(ErrorsOfAnswers, WithinTheBoundAtAnEdge) {
   // Both rays pass close to edge 2-0 of prim 0, an outer edge at x = 0: one at 1e-9 outside, the other at 1e-9 inside.
   const Ray beside{{-1e-9f, 0.25f, 2}, 0, {0, 0, -1}, 1.5f};
