@@ -33,9 +33,11 @@ Variant variant_for(const DeviceInfo& device, bool wide, const OwnText& own, con
   return variant;
 }
 
-/// Returns the source of a kernel that is a variant of these.
-KernelSource source_of(const std::string& name, const Variant& variant, const DeviceInfo& device, const TreeFacts& tree,
+/// Returns the source of a kernel that is a variant of these. Rays that ask for crossings often begin behind their
+/// origins, where minima of integers cull no box (shaders/lib/numeric/box.glsl).
+KernelSource source_of(const std::string& name, Variant variant, const DeviceInfo& device, const TreeFacts& tree,
                        const Defines& defines) {
+  if (name == "crossings" && variant.config.minmax == MinMax::Integer) variant.config.minmax = MinMax::Builtin;
   KernelSource source = kernel_source(variant, device, tree);
   source.file = "query/" + name + ".comp";
   source.name = "query." + name + (tree.far ? " far=1" : "") + (tree.top_depth ? " instances=1" : "") +

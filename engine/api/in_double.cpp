@@ -123,7 +123,8 @@ bool is_double(const BallotQuery& query) { return query.numeric && std::string_v
 
 bool rounds_flat(MeshState& mesh, const VerticesInDouble& vertices) {
   if (!vertices) return false;
-  const std::span<const std::uint32_t> indices = indices_of(mesh);
+  const MeshIndices made = indices_of(mesh);
+  const std::span<const std::uint32_t> indices = made.all;
   std::atomic<bool> found = false;
   for_chunks(mesh.triangles, kOfThread, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end && !found; ++i) {

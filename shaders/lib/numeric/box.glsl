@@ -32,7 +32,7 @@ vec3 reciprocal_direction(vec3 dir) {
 #if BALLOT_MINMAX == MINMAX_INTEGER
 // Compares bit patterns, for GPUs that have a minimum of three integers. The order of the patterns is that of floats,
 // but reversed where both are negative. Then the entry comes out too small, or the exit too large, which is safe,
-// and hardly matters if t_min >= 0.
+// and hardly matters if t_min >= 0. Other rays meet every box behind their origins: kernels of crossings take floats.
 float last_entry(vec3 near) {
   ivec3 n = floatBitsToInt(near);
   return intBitsToFloat(max(max(n.x, n.y), n.z));
