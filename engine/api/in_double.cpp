@@ -1,5 +1,7 @@
 #include "engine/api/in_double.h"
 
+#include "engine/api/meshes.h"
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>

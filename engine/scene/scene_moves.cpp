@@ -77,9 +77,9 @@ std::size_t DeviceScene::first_of(std::size_t tree) const {
 }
 
 /// Returns true if the device makes the triangles of a tree's meshes of their vertices: the tree is there, and the
-/// device can tell which triangles have an area.
+/// device can tell which triangles have an area. Trees that keep those that float32 rounds flat are the host's.
 bool DeviceScene::takes_vertices(std::size_t tree) const {
-  return !scene_.animation && gpu_->info().float64 && tracer_->tree().built(tree);
+  return !scene_.animation && !build_.keeps_flat && gpu_->info().float64 && tracer_->tree().built(tree);
 }
 
 bool DeviceScene::reads_vertices_there(std::size_t mesh) const {
@@ -157,7 +157,7 @@ void DeviceScene::take_here(TreeMove& move) {
   const MeshTree& old = forest_->meshes()[move.tree];
   const MovedTriangles moved = check_moved(old.triangles, old.bvh->stats.degenerate, move.here, scene_.name);
   move.same_area = moved.same_area;
-  if (!old.there) return;
+  if (!old.there || build_.keeps_flat) return;
   move.extents = {moved.bounds, extents_of({}, move.here).largest_triangle, false};
   move.there = &move.sent.emplace(DeviceBuilder::upload(*gpu_, move.here));
 }

@@ -359,11 +359,13 @@ TEST_F(DoubleMode, TrianglesThatFloat32RoundsFlatAreHit) {
   std::vector<double> wide = solid.positions;  // float32 holds these, and then not
   for (std::size_t i = 0; i < tiny; i += 9)
     for (std::size_t k = 0; k < 2; ++k) wide[i + 3 + k] += k ? 0 : 1e-3, wide[i + 6 + k] += k ? 1e-3 : 0;
-  ballot::Scene shrinking(*device_, {ballot::mesh(wide, solid.indices)});
-  EXPECT_EQ(std::ranges::count(trace(shrinking, rays, 200).prims, 200u), 0);
-  shrinking.set_vertices(0, std::span<const double>(solid.positions));
-  shrinking.commit();
-  EXPECT_EQ(trace(shrinking, rays, 200).prims, expected);
+  for (const char* builder : {"balanced", "device"}) {
+    ballot::Scene shrinking(*device_, {ballot::mesh(wide, solid.indices)}, {.builder = builder});
+    EXPECT_EQ(std::ranges::count(trace(shrinking, rays, 200).prims, 200u), 0);
+    shrinking.set_vertices(0, std::span<const double>(solid.positions));
+    shrinking.commit();
+    EXPECT_EQ(trace(shrinking, rays, 200).prims, expected) << builder;
+  }
   const ballot::Scene other(*device_, {solid.mesh()}, {.builder = "device"});
   EXPECT_EQ(trace(other, rays, 200).prims, expected);
 }

@@ -201,7 +201,7 @@ void add_trace(CLI::App& app, int& result) {
   cmd->footer(
       "Examples: ballot trace scenes/cornell.gltf --rays rays.npy --out hits.npy\n"
       "          make_rays | ballot trace scenes/cornell.gltf --rays - --out - | use_hits\n"
-      "Rays are float32 or float64 (n,8); a row is ox oy oz t_min dx dy dz t_max, or without bounds (n,6): origin, "
+      "Rays are float32 (n,8), or float64; a row is ox oy oz t_min dx dy dz t_max, or without bounds (n,6): origin, "
       "direction.\n"
       "Directions need not have unit length; t is in multiples of the direction. Hits are\n"
       "[('t','<f4'),('prim','<u4'),('u','<f4'),('v','<f4')], with prim 4294967295 on a miss;\n"
@@ -231,7 +231,7 @@ void add_trace(CLI::App& app, int& result) {
   cmd->add_option("--ray-masks", args->ray_masks, "FILE.npy with a mask for each ray, one file for each of --rays");
   add_verbose(*cmd, args->verbose);
   show_first(*cmd, {"--rays", "--out", "--any", "--count", "--all", "--first", "--part", "--method", "--numeric",
-                    "--t-double", "--device", "--json", "--verbose"});
+                    "--device", "--json", "--verbose"});
 }
 
 }  // namespace ballot::cli
