@@ -27,7 +27,8 @@ class Scenes(unittest.TestCase):
         self.assertGreater(info.nodes, 0)
         self.assertGreaterEqual(info.build_seconds, 0)
         np.testing.assert_array_equal(scene.triangles(), ref.CUBE_VERTICES[ref.CUBE_TRIANGLES])
-        mesh = ballot.MeshInfo("scene", 0, 0, 12, (-1,) * 3, (1,) * 3, 0, 0, (0,) * 3, 0, "triangles", 0, (0, 0), (0, 0))
+        at = (-1,) * 3, (1,) * 3, 0, 0, (0,) * 3
+        mesh = ballot.MeshInfo("scene", 0, 0, 12, *at, 0, "triangles", 0, (0, 0), (0, 0))
         self.assertEqual(scene.meshes, [mesh])
         self.assertEqual([(i.mesh, i.instance, i.mask) for i in scene.instances], [(0, 0, 2**32 - 1)])
         self.assertIn("12 triangles", repr(scene))
