@@ -66,7 +66,7 @@ HardScene hairs(bool quick) {
     within.rays.push_back(
         towards({random.in(-0.2f, 0.2f), random.in(-0.2f, 0.2f), 1}, random.flip() ? a : glm::vec3(x, y, 0)));
   }
-  for (int i = 0; i < (quick ? 60 : 2000); ++i) {
+  for (int i = 0; i < (quick ? 200 : 2000); ++i) {
     const glm::vec3 p = random.point(1) * power_of_two(static_cast<int>(random.below(45)) - 10) + glm::vec3(0, 0, -9);
     const glm::vec3 tip = random.point(1) * power_of_two(-20 - static_cast<int>(random.below(126)));
     mesh.push_back({{p, p * -power_of_two(static_cast<int>(random.below(9)) - 4), tip}});
