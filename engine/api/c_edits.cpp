@@ -52,6 +52,18 @@ const MeshState& mesh_of(const SceneState& scene, std::uint32_t mesh) {
   return found != scene.pending->meshes.end() ? found->second : scene.meshes.at(mesh);
 }
 
+BallotStatus move_mesh(BallotScene* scene, std::uint32_t mesh, const char* doing,
+                       const std::function<PendingEdits::Vertices(const MeshState&)>& make) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    MovingVertices gone;
+    const DeviceUse use(*state->device);
+    PendingEdits& edits = edits_of(*state, doing, false, true);
+    PendingEdits::Vertices moving = make(mesh_of(*state, mesh));
+    gone = edits.vertices.extract(mesh);
+    edits.vertices.emplace(mesh, std::move(moving));
+  });
+}
+
 }  // namespace ballot::api
 
 using namespace ballot::api;
@@ -109,31 +121,20 @@ BallotStatus ballot_scene_remove_mesh(BallotScene* scene, uint32_t mesh) {
 
 BallotStatus ballot_scene_set_vertices(BallotScene* scene, uint32_t mesh, const float* positions, size_t count,
                                        size_t stride) {
-  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+  return move_mesh(scene, mesh, "moving vertices", [&](const MeshState& m) {
     if (count) need(positions, "ballot_scene_set_vertices", "positions");
-    MovingVertices gone;
-    const DeviceUse use(*state->device);
-    PendingEdits& edits = edits_of(*state, "moving vertices", false, true);
-    const MeshState& m = mesh_of(*state, mesh);
     refuse_heights(m, mesh);
     check_vertex_count(m, count, mesh);
-    PendingEdits::Vertices moving{positions, vertex_stride(stride, count, fmt::format("mesh {}: stride", mesh)), count};
-    if (m.origin != glm::dvec3(0)) moving = vertices_about(m, positions, nullptr, count, stride, mesh);
-    gone = edits.vertices.extract(mesh);
-    edits.vertices.emplace(mesh, std::move(moving));
+    if (m.origin != glm::dvec3(0)) return vertices_about(m, positions, nullptr, count, stride, mesh);
+    return PendingEdits::Vertices{positions, vertex_stride(stride, count, fmt::format("mesh {}: stride", mesh)), count};
   });
 }
 
 BallotStatus ballot_scene_set_heights(BallotScene* scene, uint32_t mesh, const float* heights, size_t count,
                                       size_t stride) {
-  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+  return move_mesh(scene, mesh, "moving heights", [&](const MeshState& m) {
     if (count) need(heights, "ballot_scene_set_heights", "heights");
-    MovingVertices gone;
-    const DeviceUse use(*state->device);
-    PendingEdits& edits = edits_of(*state, "moving heights", false, true);
-    PendingEdits::Vertices moving = moved_heights(mesh_of(*state, mesh), heights, count, stride, mesh);
-    gone = edits.vertices.extract(mesh);
-    edits.vertices.emplace(mesh, std::move(moving));
+    return moved_heights(m, heights, count, stride, mesh);
   });
 }
 

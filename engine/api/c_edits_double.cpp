@@ -61,17 +61,11 @@ using namespace ballot::api;
 
 BallotStatus ballot_scene_set_vertices_double(BallotScene* scene, uint32_t mesh, const double* positions, size_t count,
                                               size_t stride) {
-  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+  return move_mesh(scene, mesh, "moving vertices", [&](const MeshState& m) {
     if (count) need(positions, "ballot_scene_set_vertices_double", "positions");
-    std::map<std::uint32_t, PendingEdits::Vertices>::node_type gone;  // goes once the device is let go
-    const DeviceUse use(*state->device);
-    PendingEdits& edits = edits_of(*state, "moving vertices", false, true);
-    const MeshState& m = mesh_of(*state, mesh);
     refuse_heights(m, mesh);
     check_vertex_count(m, count, mesh);
-    PendingEdits::Vertices moving = vertices_about(m, nullptr, positions, count, stride, mesh);
-    gone = edits.vertices.extract(mesh);
-    edits.vertices.emplace(mesh, std::move(moving));
+    return vertices_about(m, nullptr, positions, count, stride, mesh);
   });
 }
 

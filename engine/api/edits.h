@@ -14,6 +14,10 @@ PendingEdits& edits_of(SceneState& scene, const char* call, bool needs_scene = t
 /// Returns what is known of a mesh, as the edits leave it. Throws Error(Arguments) if there is no such mesh.
 const MeshState& mesh_of(const SceneState& scene, std::uint32_t mesh);
 
+/// Has edits move the vertices of a mesh to what make(its state) returns, which runs while the device is held.
+BallotStatus move_mesh(BallotScene* scene, std::uint32_t mesh, const char* doing,
+                       const std::function<PendingEdits::Vertices(const MeshState&)>& make);
+
 /// Throws Error(Arguments) unless there is an instance for each number, and each is named once.
 void check_numbers(const SceneEdits& edits, std::span<const std::uint32_t> instances);
 

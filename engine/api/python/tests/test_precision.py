@@ -134,6 +134,20 @@ class Precision(unittest.TestCase):
                     warnings.simplefilter("error")
                     ballot.load_scene(path, cache=False)
 
+    def test_files_in_float32(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "far.stl")
+            for finer, told in ((0.4, True), (0, False)):  # float32 is 0.5 apart there
+                corners = ((500000, 4649776 + finer, 0), (500001, 4649776, 0), (500000, 4649777, 0))
+                loop = "\n".join(f"vertex {x} {y} {z}" for x, y, z in corners)
+                with open(path, "w", encoding="ascii") as file:
+                    file.write(f"solid a\nfacet normal 0 0 1\nouter loop\n{loop}\nendloop\nendfacet\nendsolid a\n")
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always")
+                    ballot.load_scene(path, cache=False)
+                self.assertEqual([w.category for w in caught], [ballot.PrecisionWarning] * told)
+                self.assertTrue(not told or "by up to 0.25, which is 2.5e-01" in str(caught[0].message))
+
     def test_the_bound(self):
         """A triangle of size 1 beside a point where float32 is 2^-19 or 2^-18 apart: 2^-20 is the most that is not
         told."""
