@@ -48,6 +48,14 @@ void order_points(std::span<const ProbePoint> points, const Bounds& bounds, std:
       points.size(), [&](std::size_t i) { return morton_code(frame.unit(points[i].at), 10); }, kPointKeyBits, order);
 }
 
+void order_boxes(std::span<const ProbeBox> boxes, const Bounds& bounds, std::vector<std::uint32_t>& order) {
+  const Frame frame(bounds, 0.25f);
+  const auto key = [&](std::size_t i) {
+    return morton_code(frame.unit(0.5f * boxes[i].lo + 0.5f * boxes[i].hi), kPointKeyBits / 3);
+  };
+  order_by(boxes.size(), key, kPointKeyBits, order);
+}
+
 bool order_rays(std::span<const Ray> rays, const Bounds& bounds, std::vector<std::uint32_t>& order) {
   const Frame frame(bounds, 0);
   const auto key = [&](std::size_t i) {

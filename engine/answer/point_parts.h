@@ -43,7 +43,13 @@ struct PointQueries::Parts {
   /// Return what settles the answers of a query; empty unless it is to be exact.
   point_queries::Settle<Nearest> settle_nearest(const PointQuery& query);
   point_queries::Settle<std::uint32_t> settle_inside(const PointQuery& query);
+  template <class Question>
+  class TriangleLists;
   class WithinLists;
+  class OverlapLists;
+  template <class Question>
+  TraceTimes list(TriangleLists<Question>& kind, ListRooms<Question, Within>& rooms,
+                  const Stream<Question, std::uint32_t>& stream, const TakeWithin& take);
 
   Context& gpu;
   DeviceTree& scene;
@@ -51,13 +57,15 @@ struct PointQueries::Parts {
   QueryFilters point_filters, within_filters;
   std::map<std::pair<bool, std::uint32_t>, std::optional<NearestRunner>> closest;  // by sides, filters
   std::map<std::pair<bool, bool>, std::optional<InsideRunner>> inside_tests;       // by exact, by cells
-  std::map<std::array<std::uint32_t, 3>, QueryKernel> within;                      // by filters, LISTS_..., row
+  /// Of lists, by name: by filters, LISTS_..., row.
+  std::map<std::string, std::map<std::array<std::uint32_t, 3>, QueryKernel>> lists_by;
   const bool blocks;  // closest points of a subgroup are found together; on a CPU voting takes longer
   PointOrder order;   // for that
   InsideCells cells;  // of the whole tree
   std::optional<Runner<point_queries::WindingQuery>> winding_numbers;
   Moments moments;  // of the whole tree
   ListRooms<ProbePoint, Within> lists;
+  ListRooms<ProbeBox, Within> box_lists;
   PseudonormalArray pseudonormals;
   PointInstances instances, whole_instances;    // of the two trees
   std::unique_ptr<Buffer<Within>> some_within;  // of a part of points on the device

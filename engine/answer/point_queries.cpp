@@ -92,7 +92,7 @@ PointQueries::Parts::NearestRunner& PointQueries::Parts::nearest(const PointQuer
 }
 
 DeviceTree& PointQueries::Parts::whole_tree() {
-  if (whole.update()) inside_tests.clear(), within.clear(), cells.forget_tree(), winding_numbers.reset();
+  if (whole.update()) inside_tests.clear(), lists_by.clear(), cells.forget_tree(), winding_numbers.reset();
   return whole.tree();
 }
 

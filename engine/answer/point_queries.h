@@ -16,11 +16,12 @@ namespace ballot {
 
 using NearestStream = Stream<ProbePoint, Nearest>;
 using InsideStream = Stream<ProbePoint, std::uint32_t>;  // 1 inside, 0 outside
+using BoxStream = Stream<ProbeBox, std::uint32_t>;       // numbers of triangles
 using WindingStream = Stream<ProbePoint, float>;
 
-/// Takes the triangles within the limits of the points from number `first` on: how many each point has, and those of
-/// all points one after the other, in order of distance, at equal distance in order of prim. The spans are valid until
-/// it returns.
+/// Takes the triangles of questions from number `first` on, such as those within the limits of points: how many each
+/// has, and those of all one after the other, in order of distance, at equal distance in order of prim. The spans are
+/// valid until it returns.
 using TakeWithin =
     std::function<void(std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Within> triangles)>;
 
@@ -112,6 +113,12 @@ class PointQueries {
   DeviceListed within(const DevicePoints& points, const DeviceLists<Within>& to, const PointQuery& query = {});
   /// The same as hits: t is the distance, u and v are 0.
   DeviceListed within(const DevicePoints& points, const DeviceLists<Hit>& to, const PointQuery& query = {});
+
+  /// Finds all triangles that have a point in common with each closed box: those of exact arithmetic, as the host
+  /// decides what the device leaves open (shaders/lib/query/overlap.glsl). Distances are 0. Among instances triangles
+  /// are those of corners moved to the world, rounded to float32. Triangles without area are left out. stream.take is
+  /// not called. Throws Error(Arguments) for scenes of shapes; else as nearest().
+  TraceTimes overlapping(const BoxStream& stream, const TakeWithin& take, const PointQuery& query = {});
 
   /// nearest(), also with filters, and inside() for points of an array on the device, whose answers go to the same
   /// places of another. Without blocks neighbours share a subgroup, so points that are near each other are best next to

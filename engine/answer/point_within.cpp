@@ -1,58 +1,17 @@
 // The triangles within a radius of a point.
-#include "engine/answer/list_there.h"
-#include "engine/answer/point_parts.h"
+#include "engine/answer/point_lists.h"
 
 namespace ballot {
 
 /// Lists of triangles, each of which lies in one leaf of the tree.
-class PointQueries::Parts::WithinLists : public ListKind<ProbePoint, Within> {
+class PointQueries::Parts::WithinLists : public TriangleLists<ProbePoint> {
  public:
   WithinLists(Parts& parts, const PointQuery& query, const DeviceFilters& words_there = {})
-      : parts_(parts), query_(query), words_there_(words_there) {
-    DeviceTree& tree = parts_.whole_tree();
-    filters_ = parts.within_filters.take(tree, query.filters.bits(), query.triangle_masks);
-  }
-
-  QueryKernel& kernel(ListForm form, bool) override {
-    const std::uint32_t kind = form == ListForm::Numbers ? LISTS_NONE
-                               : form == ListForm::Rows  ? LISTS_ROWS
-                                                         : LISTS_PLACES;
-    const std::uint32_t records = form == ListForm::Rows || form == ListForm::Rest ? row() : 0;
-    const SpecConstants constants = kind ? SpecConstants{{SPEC_ROW, records}} : SpecConstants{};
-    DeviceTree& tree = parts_.whole.tree();
-    QueryKernel& kernel =
-        parts_.within
-            .try_emplace({filters_, kind, records}, parts_.gpu, tree, "within",
-                         Defines{{"BALLOT_LISTS", int(kind)}, {"BALLOT_FILTERS", int(filters_)}}, false, constants)
-            .first->second;
-    kernel.prepare();
-    parts_.within_filters.bind_scene(kernel);
-    if (form == ListForm::Rest) parts_.within_filters.bind_again(kernel);
-    if (tree.forest()) {
-      parts_.whole_instances.update(parts_.gpu, tree, kernel.fetch());
-      kernel.bind(BIND_POINT_INSTANCES, parts_.whole_instances.device());
-    }
-    return kernel;
-  }
-  std::vector<TreePiece> pieces(std::uint64_t limit) override { return kernel(ListForm::Numbers, true).pieces(limit); }
-  TreePiece whole() override { return {parts_.whole.tree().root()}; }
+      : TriangleLists(parts, "within", query, words_there) {}
   bool order(std::span<const ProbePoint> points, std::vector<std::uint32_t>& order) override {
     order_points(points, parts_.whole.tree().bvh().bounds, order);
     return true;
   }
-  FilterWords words(std::uint64_t first, std::size_t count) override { return query_.filters.read(first, count); }
-  void bind_words(QueryKernel& kernel, std::size_t points, const FilterWords& words, bool apart) override {
-    parts_.within_filters.bind(kernel, points, words, apart);
-  }
-  void bind_words_there(QueryKernel& kernel, std::uint64_t first, std::size_t count) override {
-    parts_.within_filters.bind_there(kernel, words_there_, first, count);
-  }
-
- private:
-  Parts& parts_;
-  const PointQuery& query_;
-  DeviceFilters words_there_;
-  std::uint32_t filters_ = 0;  // of kernels
 };
 
 namespace {
@@ -68,15 +27,7 @@ void refuse_exact(const PointQuery& query) {
 TraceTimes PointQueries::within(const InsideStream& stream, const TakeWithin& take, const PointQuery& query) {
   refuse_exact(query);
   Parts::WithinLists kind(*parts_, query);
-  ListAnswerer<ProbePoint, Within> answerer(parts_->gpu, kind, parts_->lists);
-  InsideStream asked = stream;
-  asked.in_place = {};
-  asked.take = [&](std::uint64_t first, std::span<const std::uint32_t> counts) {
-    take(first, counts, answerer.records());
-  };
-  TraceTimes times = StreamRing::of(parts_->gpu).run(asked, answerer);
-  times += answerer.again();
-  return times;
+  return parts_->list(kind, parts_->lists, stream, take);
 }
 
 DeviceListed PointQueries::within(const DevicePoints& there, const DeviceLists<Within>& to, const PointQuery& query) {

@@ -106,8 +106,9 @@ std::vector<KernelSource> query_sources(const DeviceInfo& device) {
           sources.push_back(query_source("inside", device, tree, {{"BALLOT_EXACT", exact}, {"BALLOT_LISTED", listed}}));
     for (const std::uint32_t lists : {LISTS_NONE, LISTS_ROWS, LISTS_PLACES})
       for (const int filters : {0, 1, 6})
-        sources.push_back(
-            query_source("within", device, tree, {{"BALLOT_LISTS", int(lists)}, {"BALLOT_FILTERS", filters}}));
+        for (const char* name : {"within", "overlap"})
+          sources.push_back(
+              query_source(name, device, tree, {{"BALLOT_LISTS", int(lists)}, {"BALLOT_FILTERS", filters}}));
     for (KernelSource& source : crossing_sources(device, tree)) sources.push_back(std::move(source));
     if (tree.top_depth) continue;
     sources.push_back(query_source("cells", device, tree, {{"BALLOT_EXACT", 0}}));

@@ -83,21 +83,21 @@ inline BallotQuery read_query(const BallotQuery* given, const Kind& kind) {
 /// Returns the mask of each triangle's instance, counted through the instances; none: all bits.
 std::vector<std::uint32_t> masks_of_triangles(const SceneState& scene);
 
-/// The filters of points. Keeps a reference to them.
-class PointFilters {
+/// The filters of questions about triangles. Keeps a reference to them.
+class TriangleFilters {
  public:
-  PointFilters(const SceneState& scene, const PointArray& points) : points_(points) {
-    if (points.filters().has(FILTER_MASK)) of_triangles_ = masks_of_triangles(scene);
+  TriangleFilters(const SceneState& scene, const FilterColumns& words) : words_(words) {
+    if (words.has(FILTER_MASK)) of_triangles_ = masks_of_triangles(scene);
   }
   /// Returns a query with these filters, if there are any.
   PointQuery on(PointQuery query) const {
     query.triangle_masks = of_triangles_;
-    query.filters = points_.filters().readers();
+    query.filters = words_.readers();
     return query;
   }
 
  private:
-  const PointArray& points_;
+  const FilterColumns& words_;
   std::vector<std::uint32_t> of_triangles_;
 };
 

@@ -267,6 +267,20 @@ class Scene : public SceneFacts {
     detail::Listing listing(detail::count_of(p.shape));
     return listing.end(ballot_list_within(handle_.get(), &p, &listing.to, &query, nullptr));
   }
+  /// Lists the triangles that have a point in common with each box, by prim: ballot_list_overlapping() says more.
+  Lists overlapping(const BoxView& boxes, const Query& query = {}) const {
+    const BallotBoxes b = detail::boxes_of(boxes);
+    detail::Listing listing(detail::count_of(b.shape));
+    return listing.end(ballot_list_overlapping(handle_.get(), &b, &listing.to, &query, nullptr));
+  }
+  /// Counts them.
+  std::vector<std::int64_t> count_overlapping(const BoxView& boxes, const Query& query = {}) const {
+    const BallotBoxes b = detail::boxes_of(boxes);
+    auto counts = detail::room_for<std::int64_t>(detail::count_of(b.shape));
+    const BallotLists to{.counts = counts.data()};
+    check(ballot_list_overlapping(handle_.get(), &b, &to, &query, nullptr));
+    return counts;
+  }
 
   /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray that passes through a
   /// closed surface at an edge or a vertex crosses it there once; one that only touches it there, twice or not at all.

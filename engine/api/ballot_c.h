@@ -183,6 +183,7 @@ BALLOT_API const char* ballot_device_error(BallotDevice* device);
 #include "ballot_c_scenes.h" /* meshes, instances, updates */
 
 #include "ballot_c_answers.h" /* rays, points, and what is asked of them */
+#include "ballot_c_points.h"  /* points and boxes */
 
 /* ---- Arrays that stay on the device ----------------------------------------------------------------------------- */
 

@@ -292,6 +292,13 @@ struct PointView {
   Shape shape = {};                   // empty: that of the columns
 };
 
+/// Closed boxes with sides along the axes, by their columns.
+struct BoxView {
+  Column low = {}, high = {};                     // three numbers each; infinite: no bound
+  Column masks = {}, excluded = {}, groups = {};  // as of RayView
+  Shape shape = {};                               // empty: that of the columns
+};
+
 /// Returns the points of a grid, of shape {x.size(), y.size(), z.size()}. The arrays must outlive it.
 inline PointView grid(std::span<const float> x, std::span<const float> y, std::span<const float> z) {
   constexpr auto kStep = std::ptrdiff_t(sizeof(float));

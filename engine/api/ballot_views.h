@@ -123,6 +123,18 @@ inline BallotPoints points_of(const PointView& points) {
   return p;
 }
 
+inline BallotBoxes boxes_of(const BoxView& boxes) {
+  BallotBoxes b;
+  Table table("boxes", boxes.shape, b.shape);
+  table.add(boxes.low, 3, "low", b.low);
+  table.add(boxes.high, 3, "high", b.high);
+  table.add(boxes.masks, 1, "masks", b.mask);
+  table.add(boxes.excluded, 1, "excluded", b.excluded);
+  table.add(boxes.groups, 1, "groups", b.group);
+  table.fit();
+  return b;
+}
+
 /// What lists go to.
 struct Listing {
   explicit Listing(std::size_t questions)

@@ -1,8 +1,9 @@
-// Lists by the C interface: crossings of rays, and triangles near points.
+// Lists by the C interface: crossings of rays, and triangles near points or in boxes.
 #include <algorithm>
 #include <atomic>
 #include <string_view>
 
+#include "engine/api/boxes.h"
 #include "engine/api/crossings.h"
 #include "engine/api/in_double.h"
 #include "engine/api/sums.h"
@@ -135,26 +136,52 @@ BallotTimes list_crossings(SceneState& scene, const RayArray& rays, const Ballot
   return clock.times(spent, out.found());
 }
 
-BallotTimes list_within(SceneState& scene, const PointArray& points, const BallotLists& lists, Watch& watch) {
+/// Returns the triangles of a call as hits, in the memory of `hits`.
+std::span<const Hit> as_hits(std::span<const Within> found, std::vector<Hit>& hits) {
+  hits.resize(found.size());
+  for_chunks(hits.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) hits[i] = {found[i].distance, found[i].prim, 0, 0};
+  });
+  return hits;
+}
+
+/// Lists the triangles near points, or in boxes. `find` asks for them: find(stream, take, query).
+template <class Question, class Array, class Find>
+BallotTimes list_triangles(SceneState& scene, const Array& array, const char* what, const BallotLists& lists,
+                           Stream<Question, std::uint32_t> stream, Watch& watch, const Find& find) {
   const Clock clock;
-  ListArrays out(lists, *scene.device, "points");
-  InsideStream stream{.most = points.count(), .make = points.make_there(*scene.device->gpu)};
-  stream.next = [&](std::uint64_t first, std::span<ProbePoint> room) {
-    points.read(first, room);
+  ListArrays out(lists, *scene.device, what);
+  stream.most = array.count();
+  const auto read = [&array](std::uint64_t first, std::span<Question> room) {
+    array.read(first, room);
     return room.size();
   };
-  if (watch) stream.progress = [&](std::uint64_t done) { watch(double(done) / double(points.count())); };
+  const auto tell = [&watch, count = array.count()](std::uint64_t done) { watch(double(done) / double(count)); };
+  stream.next = read;
+  if (watch) stream.progress = tell;
   std::vector<Hit> hits;
   const auto take = [&](std::uint64_t first, std::span<const std::uint32_t> counts, std::span<const Within> found) {
-    hits.resize(lists.take ? found.size() : 0);
-    for_chunks(hits.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) hits[i] = {found[i].distance, found[i].prim, 0, 0};
-    });
-    out.write(first, counts, hits);
+    out.write(first, counts, as_hits(lists.take ? found : found.first(0), hits));
   };
-  const PointFilters filters(scene, points);
-  const TraceTimes spent = scene.world->points().within(stream, take, filters.on({}));
+  const TriangleFilters filters(scene, array.filters());
+  const PointQuery query = filters.on(PointQuery());
+  const TraceTimes spent = find(stream, take, query);
   return clock.times(spent, out.found());
+}
+
+BallotTimes list_within(SceneState& scene, const PointArray& points, const BallotLists& lists, Watch& watch) {
+  const InsideStream stream{.make = points.make_there(*scene.device->gpu)};
+  return list_triangles(scene, points, "points", lists, stream, watch,
+                        [&](const InsideStream& asked, const TakeWithin& take, const PointQuery& how) {
+                          return scene.world->points().within(asked, take, how);
+                        });
+}
+
+BallotTimes list_overlapping(SceneState& scene, const BoxArray& boxes, const BallotLists& lists, Watch& watch) {
+  return list_triangles(scene, boxes, "boxes", lists, BoxStream(), watch,
+                        [&](const BoxStream& asked, const TakeWithin& take, const PointQuery& how) {
+                          return scene.world->points().overlapping(asked, take, how);
+                        });
 }
 
 }  // namespace
@@ -244,6 +271,20 @@ BallotStatus ballot_list_within(BallotScene* scene, const BallotPoints* points, 
     run_call(*state, query, kWithinKind, "points", times, [&](const BallotQuery&, Watch& watch) {
       array.ask(*state);
       return list_within(*state, array, l, watch);
+    });
+  });
+}
+
+BallotStatus ballot_list_overlapping(BallotScene* scene, const BallotBoxes* boxes, const BallotLists* lists,
+                                     const BallotQuery* query, BallotTimes* times) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(boxes, "ballot_list_overlapping", "boxes");
+    need(lists, "ballot_list_overlapping", "lists");
+    BoxArray array(read_struct(boxes, "BallotBoxes"));
+    const BallotLists l = read_struct(lists, "BallotLists");
+    run_call(*state, query, kOverlappingKind, "boxes", times, [&](const BallotQuery&, Watch& watch) {
+      array.ask(*state);
+      return list_overlapping(*state, array, l, watch);
     });
   });
 }

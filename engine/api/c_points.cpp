@@ -221,7 +221,7 @@ BallotTimes query_points(SceneState& scene, const PointArray& points, const Ball
   }
   if (out.wants_nearest())
     spent = world.points().nearest(stream_of<Nearest>(points, make, out, watch, 0, between),
-                                   PointFilters(scene, points).on(how));
+                                   TriangleFilters(scene, points.filters()).on(how));
   if (out.wants_inside())
     spent.device_ms +=
         world.points().inside(stream_of<std::uint32_t>(points, make, out, watch, between, 1), how).device_ms;

@@ -11,7 +11,8 @@ namespace ballot::api {
 
 const Kind kHitsKind{door::kHits, "hits"}, kCrossingsKind{door::kCrossings, "crossings"},
     kPointsKind{door::kPoints, "points"}, kWithinKind{door::kWithin, "triangles within a limit"},
-    kPictureKind{door::kHits, "pictures", false}, kKernelKind{0, "kernels"};
+    kOverlappingKind{door::kWithin, "triangles that overlap boxes"}, kPictureKind{door::kHits, "pictures", false},
+    kKernelKind{0, "kernels"};
 const Kind kArraysKind{door::kHits, "arrays on the device", true, true, true},
     kArrayJobsKind{door::kHits, "jobs of arrays on the device", false},
     kCrossingArraysKind{door::kCrossings, "crossings", true, true},

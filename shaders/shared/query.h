@@ -238,6 +238,15 @@ struct Within {
 };
 BALLOT_RECORD(Within, 8);
 
+// A closed box with sides along the axes. It overlaps nothing if it is not finite, or its low corner above its high.
+struct ProbeBox {
+  vec3 lo;  // scene units
+  uint unused_lo;
+  vec3 hi;
+  uint unused_hi;
+};
+BALLOT_RECORD(ProbeBox, 32);
+
 // Push constants of neighbours.comp.
 struct NeighboursPush {
   uint step;     // NEIGHBOURS_...

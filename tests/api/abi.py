@@ -19,7 +19,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 NOTED = ROOT / "tests/api/abi.txt"
-HEADERS = ["ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h", "ballot_c_kernels.h", "ballot_c_vulkan.h"]
+HEADERS = ["ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h", "ballot_c_points.h", "ballot_c_kernels.h",
+           "ballot_c_vulkan.h"]
 
 
 def as_c(text: str) -> str:

@@ -18,7 +18,8 @@ import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 
-HEADERS = ("ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h", "ballot_c_kernels.h", "ballot_c_vulkan.h")
+HEADERS = ("ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h", "ballot_c_points.h",
+           "ballot_c_kernels.h", "ballot_c_vulkan.h")
 KINDS = ("hits", "crossings", "points", "within", "files")
 ROWS = {"BallotQuery": "kQueryRows", "BallotSceneOptions": "kSceneRows", "BallotHits": "kHitRows",
         "BallotNearest": "kNearestRows", "BallotSceneInfo": "kSceneInfoRows", "BallotMeshInfo": "kMeshInfoRows",

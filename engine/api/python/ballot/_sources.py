@@ -19,8 +19,8 @@ class Source(NamedTuple):
     """Questions, as the extension reads them: a shape, and arrays of float32 or float64 whose axes broadcast to it."""
 
     shape: tuple[int, ...]
-    first: np.ndarray  # rays of 8 or 6 numbers, origins or points
-    directions: np.ndarray | None = None
+    first: np.ndarray  # rays of 8 or 6 numbers, origins or points; low corners of boxes
+    directions: np.ndarray | None = None  # or high corners
     low: np.ndarray | None = None  # t_min; None: 0
     high: np.ndarray | None = None  # t_max, or limits of points; None: no end
     masks: np.ndarray | None = None  # as Filters, these and the last two: uint32
@@ -221,6 +221,20 @@ def points(given: Any, limit: Any, filters: Filters = Filters(), least: bool = F
         first = _arrays.numbers(given, "points", (3,))
         shape = first.shape[:-1]
     source = _filtered(Source(shape, first, high=_limit(limit, shape, least), y=y, z=z), filters)
+    return source if len(shape) <= _AXES else _flattened(source)
+
+
+def boxes(low: Any, high: Any, filters: Filters = Filters()) -> Source:
+    """Returns boxes of their corners, which broadcast."""
+    first, last = _arrays.numbers(low, "low", (3,)), _arrays.numbers(high, "high", (3,))
+    try:
+        shape = np.broadcast_shapes(first.shape[:-1], last.shape[:-1])
+    except ValueError:
+        raise ValueError(
+            f"low and high: shapes are {first.shape} and {last.shape}; expected axes before the last that are as long, "
+            "or 1"
+        ) from None
+    source = _filtered(Source(shape, first, last), filters)
     return source if len(shape) <= _AXES else _flattened(source)
 
 

@@ -84,9 +84,9 @@ struct Listed {
 
 using Counts = nb::ndarray<std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-/// Writes the counts and returns (numbers of the hits, times). `near`: of points the triangles within their limit; else
-/// the crossings of rays. Without `lists` they are only counted.
-Objects list(const SceneObject& self, const Objects& source, bool near, bool lists, const Counts& counts,
+/// Writes the counts and returns (numbers of the hits, times). `what` is listed: "crossings" of rays, the triangles
+/// "within" limits of points, or those "overlapping" boxes. Without `lists` they are only counted.
+Objects list(const SceneObject& self, const Objects& source, const std::string& what, bool lists, const Counts& counts,
              const ObjectDict& options, nb::object progress) {
   const Source from(source);
   if (counts.size() != from.count())
@@ -97,7 +97,11 @@ Objects list(const SceneObject& self, const Objects& source, bool near, bool lis
       answered(self, std::move(progress), query_of(options), false, [=](auto* scene, auto* asked, auto* spent) {
         BallotLists to{.counts = counts.data(), .user = found.get()};
         if (lists) to.take = &Listed::take;
-        if (near) {
+        if (what == "overlapping") {
+          const BallotBoxes boxes = from.boxes();
+          return ballot_list_overlapping(scene, &boxes, &to, asked, spent);
+        }
+        if (what == "within") {
           const BallotPoints points = from.points();
           return ballot_list_within(scene, &points, &to, asked, spent);
         }
@@ -222,7 +226,7 @@ void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene) {
   const auto progress = nb::arg("progress").none();
   scene.def("trace", &trace, nb::arg("source"), nb::arg("columns"), nb::arg("options"), progress)
       .def("nearest", &nearest, nb::arg("source"), nb::arg("columns"), nb::arg("options"), progress)
-      .def("list", &list, nb::arg("source"), nb::arg("near"), nb::arg("lists"), nb::arg("counts").noconvert(),
+      .def("list", &list, nb::arg("source"), nb::arg("what"), nb::arg("lists"), nb::arg("counts").noconvert(),
            nb::arg("options"), progress)
       .def("submit", &submit, nb::arg("source"), nb::arg("columns"), nb::arg("options"), nb::arg("arrays"))
       .def("trace_there", &answered_there<ballot_trace_buffers>, nb::arg("rays"), nb::arg("count"), nb::arg("columns"),

@@ -44,9 +44,10 @@ class Memory {
   std::shared_ptr<Py_buffer> buffer_;
 };
 
-/// Questions, as a Source of ballot/_sources.py has them: a shape; rows of rays, origins, points or their x;
-/// directions; t_min; t_max, or limits; masks; poses; y and z; weights; excluded; groups. The arrays have float32 or
-/// float64, words uint32, and their axes broadcast to the shape; to its product, if it has more than BALLOT_AXES.
+/// Questions, as a Source of ballot/_sources.py has them: a shape; rows of rays, origins, points, their x, or low
+/// corners; directions, or high corners; t_min; t_max, or limits; masks; poses; y and z; weights; excluded; groups. The
+/// arrays have float32 or float64, words uint32, and their axes broadcast to the shape; to its product, if it has more
+/// than BALLOT_AXES.
 class Source {
  public:
   explicit Source(const Objects& given)
@@ -97,6 +98,13 @@ class Source {
     if (high_) points.limit = high_.column(axes_);
     add_words(points);
     return points;
+  }
+  BallotBoxes boxes() const {
+    auto boxes = BALLOT_INIT(BallotBoxes);
+    std::copy_n(shape_, BALLOT_AXES, boxes.shape);
+    boxes.low = first_.numbers(axes_), boxes.high = directions_.numbers(axes_);
+    add_words(boxes);
+    return boxes;
   }
 
  private:
