@@ -18,14 +18,14 @@ class PointQueries::Parts::OverlapLists : public TriangleLists<ProbeBox> {
     constexpr std::size_t kSettled = 1 << 8;
     DeviceTree& tree = parts_.whole.tree();
     const FilterJudge judge(tree.forest(), query_.triangle_masks);
-    const OracleScene& scene = tree.oracle_scene();
+    const OracleScene& oracle = tree.oracle_scene();
     std::vector<std::vector<Within>> all(boxes.size());
     const Stopwatch watch(tree.walked_s());
     for_chunks(boxes.size(), kSettled, [&](std::size_t begin, std::size_t end) {
       check_interruption();
       for (std::size_t i = begin; i < end; ++i) {
         const ProbeBox& box = boxes.questions[i];
-        for (const std::uint32_t prim : prims_overlapping(scene, {box.lo, box.hi}))
+        for (const std::uint32_t prim : prims_overlapping(oracle, {box.lo, box.hi}))
           if (judge.keeps(boxes.words, i, prim)) all[i].push_back({0, prim});
       }
     });
