@@ -281,9 +281,16 @@ class Scene : public SceneFacts {
     check(ballot_list_overlapping(handle_.get(), &b, &to, &query, nullptr));
     return counts;
   }
+  /// Finds the smallest distance from another scene of the device, wherever poses place that: ballot_clearance().
+  Times clearance(const Scene& other, const ClearanceResults& results, const PoseView& poses = {},
+                  const Query& query = {}) const {
+    const BallotPoses p = detail::poses_of(poses);
+    Times times;
+    check(ballot_clearance(handle_.get(), other.handle_.get(), &p, &results, &query, &times));
+    return times;
+  }
 
-  /// Counts all triangles that each ray crosses with t in [t_min, t_max]. A ray that passes through a
-  /// closed surface at an edge or a vertex crosses it there once; one that only touches it there, twice or not at all.
+  /// Counts all triangles that each ray crosses with t in [t_min, t_max]: ballot_list_crossings() says more.
   std::vector<std::int64_t> count_crossings(std::span<const Ray> rays, const Query& query = {}) const {
     return count_c(detail::rays_of(rays), query);
   }

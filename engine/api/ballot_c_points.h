@@ -113,4 +113,33 @@ static inline BallotBoxes ballot_boxes(const float* rows, size_t count) {
 BALLOT_API BallotStatus ballot_list_overlapping(BallotScene* scene, const BallotBoxes* boxes, const BallotLists* lists,
                                                 const BallotQuery* query, BallotTimes* times);
 
+/* Where another scene is placed. */
+typedef struct BallotPoses {
+  BALLOT_SIZE(BallotPoses);
+  size_t shape[BALLOT_AXES] BALLOT_ZERO; /* as in BallotRays */
+  BallotColumn pose BALLOT_ZERO;         /* 12 numbers: a matrix of 3 rows of 4; NULL: it stays where it is */
+  BallotColumn limit BALLOT_ZERO;        /* what is farther away is not looked for; NULL: no limit */
+} BallotPoses;
+
+/* How far scenes are apart, where the answers go. Each may be NULL. Beyond the limit, or without a triangle, a distance
+ * is infinite, numbers are BALLOT_MISS, the rest is 0. */
+typedef struct BallotClearance {
+  BALLOT_SIZE(BallotClearance);
+  double* distances BALLOT_ZERO;     /* the smallest distance of a triangle of the one from one of the other */
+  uint32_t* prims BALLOT_ZERO;       /* that triangle of the scene, counted as BallotHit::prim */
+  uint32_t* other_prims BALLOT_ZERO; /* and of the other scene */
+  double* points BALLOT_ZERO;        /* 3 each: the nearest point of the former */
+  double* other_points BALLOT_ZERO;  /* 3 each: of the latter, where the pose puts it */
+} BallotClearance;
+
+/* Finds the smallest distance between a scene and another one of the same device, which poses place, such as the parts
+ * of a machine in a cell: 0 if they touch or pass through each other. With M the largest distance of corners of the two
+ * triangles it is off by 2^-49 M at most; triangles are those of ballot_query_points(). Of pairs at the same distance
+ * it is that of the smallest prim, then of the smallest other prim; of those at 0 some pair. The host finds it in
+ * double precision, by a walk of both trees at once, each pose by a thread. Not of shapes. Neither scene may be changed
+ * meanwhile. poses may be NULL: one, where the other scene stays as it is. query may have progress alone; it and times
+ * may be NULL. */
+BALLOT_API BallotStatus ballot_clearance(BallotScene* scene, BallotScene* other, const BallotPoses* poses,
+                                         const BallotClearance* to, const BallotQuery* query, BallotTimes* times);
+
 #endif

@@ -33,6 +33,7 @@ using Mesh = BallotMesh;                    ///< a triangle mesh; mesh() makes i
 using MeshInfo = BallotMeshInfo;            ///< a mesh of a scene
 using NearestPoint = BallotNearestPoint;    ///< the answer for a point on the device, 32 bytes
 using NearestResults = BallotNearest;       ///< where the answers for points go
+using ClearanceResults = BallotClearance;   ///< where the distances of scenes go
 using Output = BallotOutput;                ///< where a column of answers goes on the device
 using ListArrays = BallotListBuffers;       // on a device
 using Picture = BallotPicture;              ///< what to render
@@ -297,6 +298,13 @@ struct BoxView {
   Column low = {}, high = {};                     // three numbers each; infinite: no bound
   Column masks = {}, excluded = {}, groups = {};  // as of RayView
   Shape shape = {};                               // empty: that of the columns
+};
+
+/// Where another scene is placed, by columns. Without any it stays where it is.
+struct PoseView {
+  Column pose = {};   // 12 numbers each: a matrix of 3 rows of 4
+  Column limit = {};  // what is farther away is not looked for: of all, or of each; none: no limit
+  Shape shape = {};   // empty: that of the columns, or one pose
 };
 
 /// Returns the points of a grid, of shape {x.size(), y.size(), z.size()}. The arrays must outlive it.

@@ -135,6 +135,17 @@ inline BallotBoxes boxes_of(const BoxView& boxes) {
   return b;
 }
 
+inline BallotPoses poses_of(const PoseView& poses) {
+  BallotPoses p;
+  Table table("poses", poses.shape, p.shape);
+  table.add(poses.pose, 12, "pose", p.pose);
+  table.add(poses.limit, 1, "limit", p.limit);
+  table.fit();
+  constexpr auto kNone = Column::Kind::None;
+  if (poses.shape[0] == 0 && poses.pose.kind == kNone && poses.limit.kind == kNone) p.shape[0] = 1;
+  return p;
+}
+
 /// What lists go to.
 struct Listing {
   explicit Listing(std::size_t questions)

@@ -11,7 +11,8 @@ namespace ballot::api {
 
 const Kind kHitsKind{door::kHits, "hits"}, kCrossingsKind{door::kCrossings, "crossings"},
     kPointsKind{door::kPoints, "points"}, kWithinKind{door::kWithin, "triangles within a limit"},
-    kOverlappingKind{door::kWithin, "triangles that overlap boxes"}, kPictureKind{door::kHits, "pictures", false},
+    kOverlappingKind{door::kWithin, "triangles that overlap boxes"},
+    kClearanceKind{door::kWithin, "distances of scenes"}, kPictureKind{door::kHits, "pictures", false},
     kKernelKind{0, "kernels"};
 const Kind kArraysKind{door::kHits, "arrays on the device", true, true, true},
     kArrayJobsKind{door::kHits, "jobs of arrays on the device", false},

@@ -16,7 +16,8 @@ struct Kind {
   bool there = false;   // its questions and their words are arrays on the device
   bool sums = false;    // weights, too
 };
-extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kOverlappingKind, kPictureKind, kKernelKind;
+extern const Kind kHitsKind, kCrossingsKind, kPointsKind, kWithinKind, kOverlappingKind, kClearanceKind, kPictureKind,
+    kKernelKind;
 extern const Kind kArraysKind, kArrayJobsKind, kCrossingArraysKind, kPointArraysKind, kWithinArraysKind;
 
 /// Throws Error(Arguments) if an option is set that a kind does not have, or a truth value is neither 0 nor 1.

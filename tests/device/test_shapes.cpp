@@ -14,7 +14,7 @@ namespace {
 using namespace test;
 
 constexpr ShapeKind kClosed[] = {ShapeKind::Spheres, ShapeKind::Capsules, ShapeKind::Boxes};
-constexpr float kFar = 1e4f;
+constexpr float kFarAway = 1e4f;
 constexpr Number kUlp = 0x1p-24L;
 
 class ShapesTest : public CrossingTest {
@@ -36,7 +36,7 @@ std::vector<Ray> rays_at_shapes(std::size_t count, std::uint32_t seed) {
   std::vector<Ray> rays;
   for (std::size_t i = 0; i < count; ++i) {
     const glm::vec3 from = random.point(i % 4 == 0 ? 1.f : 4.f), to = random.point(1.2f);
-    rays.push_back({from, 0, (to - from) * random.in(0.01f, 10), kFar});
+    rays.push_back({from, 0, (to - from) * random.in(0.01f, 10), kFarAway});
     if (i % 16 == 0) rays.back().t_max = 0.7f;
   }
   return rays;
@@ -56,7 +56,7 @@ Number room_of(const Shape& s, const Ray& ray, Number t) {
 void expect_nearest(ShapeKind kind, std::span<const Shape> all, const Ray& ray, const Hit& hit, std::size_t number) {
   SCOPED_TRACE(fmt::format("{}, ray {}, prim {}, t {}", info_of(kind).name, number, hit.prim, hit.t));
   const Number end = hit.prim == NO_HIT ? Number(ray.t_max) : Number(hit.t);
-  const Number unit = length(vector(ray.dir));
+  const Number unit = test::length(vector(ray.dir));
   if (hit.prim != NO_HIT) {
     const Shape& s = all[hit.prim];
     const Deepest at = deepest(kind, s, ray, end, end);
@@ -104,13 +104,13 @@ TEST_F(ShapesTest, DiscsHoldToTheOracle) {
   const std::vector<Hit> hits = traced(*world, rays, {.method = "while-while"});
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Ray& ray = rays[i];
-    const Number unit = length(vector(ray.dir));
+    const Number unit = test::length(vector(ray.dir));
     Number nearest = std::numeric_limits<Number>::infinity();
     for (std::size_t d = 0; d < all.size(); ++d) {
       const Vector n = vector(all[d].b), from = minus(vector(all[d].a), vector(ray.origin)), dir = vector(ray.dir);
       const Number t = product(from, n) / product(dir, n);
       const Vector at = minus(Vector{t * dir[0], t * dir[1], t * dir[2]}, from);
-      const Number beyond = length(at) - all[d].a.w;
+      const Number beyond = test::length(at) - all[d].a.w;
       // A point off along the ray by one unit of the last place of M is off across the disc by that over the sine.
       const Number room = room_of(all[d], ray, t) / std::max<Number>(1e-6L, std::abs(product(dir, n)) / unit);
       if (hits[i].prim == d) {
@@ -194,7 +194,7 @@ TEST_F(ShapesTest, CrossingsOfClosedShapesArePairs) {
   for (const ShapeKind kind : kClosed) {
     const auto world = world_of(kind, random_shapes(kind, 200, 0.2f, 9));
     std::vector<Ray> rays = rays_at_shapes(500, 10);
-    for (Ray& r : rays) r.t_min = -kFar, r.t_max = kFar;
+    for (Ray& r : rays) r.t_min = -kFarAway, r.t_max = kFarAway;
     for (const std::uint32_t n : counts(world->rays(), rays)) EXPECT_EQ(n % 2, 0u) << info_of(kind).name;
   }
 }
@@ -248,32 +248,32 @@ TEST_F(ShapesTest, HardCases) {
     return traced(*world, std::vector<Ray>{ray}, {.method = "while-while"})[0];
   };
   const Shape unit{{0, 0, 0, 1}, {0, 0, 0, 0}};
-  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 1, -4}, 0, {0, 0, 1}, kFar}).t, 4);    // tangent
-  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 0, 0}, 0, {0, 0, 2}, kFar}).t, 0.5f);  // from its middle
-  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 0, -1}, 0, {0, 0, -1}, kFar}).t, 0);   // on the surface, away
-  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 0, -1}, 1e-3f, {0, 0, 1}, kFar}).t, 2);
-  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 1.0001f, -4}, 0, {0, 0, 1}, kFar}).prim, NO_HIT);
-  EXPECT_EQ(hit(ShapeKind::Spheres, {{1, 2, 3, 0}, {}}, {{1, 2, 0}, 0, {0, 0, 1}, kFar}).prim, NO_HIT);
-  const Hit far = hit(ShapeKind::Spheres, {{1000, 2000, 3000, 0.01f}, {}}, {{0, 0, 0}, 0, {1, 2, 3}, kFar});
+  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 1, -4}, 0, {0, 0, 1}, kFarAway}).t, 4);    // tangent
+  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 0, 0}, 0, {0, 0, 2}, kFarAway}).t, 0.5f);  // from its middle
+  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 0, -1}, 0, {0, 0, -1}, kFarAway}).t, 0);   // on the surface, away
+  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 0, -1}, 1e-3f, {0, 0, 1}, kFarAway}).t, 2);
+  EXPECT_EQ(hit(ShapeKind::Spheres, unit, {{0, 1.0001f, -4}, 0, {0, 0, 1}, kFarAway}).prim, NO_HIT);
+  EXPECT_EQ(hit(ShapeKind::Spheres, {{1, 2, 3, 0}, {}}, {{1, 2, 0}, 0, {0, 0, 1}, kFarAway}).prim, NO_HIT);
+  const Hit far = hit(ShapeKind::Spheres, {{1000, 2000, 3000, 0.01f}, {}}, {{0, 0, 0}, 0, {1, 2, 3}, kFarAway});
   EXPECT_NEAR(far.t, 1000, 0.01);
   const Shape point{{0, 0, 0, 1}, {0, 0, 0, 1}}, held{{0, 0, 0, 1}, {0.2f, 0, 0, 0.5f}},
       holds{{0, 0, 0, 0.5f}, {0.2f, 0, 0, 1}};
-  EXPECT_EQ(hit(ShapeKind::Capsules, point, {{0, 0, -4}, 0, {0, 0, 1}, kFar}).t, 3);
-  EXPECT_EQ(hit(ShapeKind::Capsules, held, {{0, 0, -4}, 0, {0, 0, 1}, kFar}).t, 3);
-  EXPECT_EQ(hit(ShapeKind::Capsules, holds, {{0.2f, 0, -4}, 0, {0, 0, 1}, kFar}).t, 3);
+  EXPECT_EQ(hit(ShapeKind::Capsules, point, {{0, 0, -4}, 0, {0, 0, 1}, kFarAway}).t, 3);
+  EXPECT_EQ(hit(ShapeKind::Capsules, held, {{0, 0, -4}, 0, {0, 0, 1}, kFarAway}).t, 3);
+  EXPECT_EQ(hit(ShapeKind::Capsules, holds, {{0.2f, 0, -4}, 0, {0, 0, 1}, kFarAway}).t, 3);
   const Shape rod{{0, 0, 0, 0.5f}, {0, 0, 8, 0.5f}};
-  EXPECT_EQ(hit(ShapeKind::Capsules, rod, {{0.25f, 0, 4}, 0, {1, 0, 0}, kFar}).t, 0.25f);      // from inside
-  EXPECT_EQ(hit(ShapeKind::Capsules, rod, {{0, 0, -4}, 0, {0, 0, 1}, kFar}).t, 3.5f);          // along its axis
-  EXPECT_NEAR(hit(ShapeKind::Capsules, rod, {{0.5f, 0, -4}, 0, {0, 0, 1}, kFar}).t, 4, 1e-6);  // along its side
+  EXPECT_EQ(hit(ShapeKind::Capsules, rod, {{0.25f, 0, 4}, 0, {1, 0, 0}, kFarAway}).t, 0.25f);      // from inside
+  EXPECT_EQ(hit(ShapeKind::Capsules, rod, {{0, 0, -4}, 0, {0, 0, 1}, kFarAway}).t, 3.5f);          // along its axis
+  EXPECT_NEAR(hit(ShapeKind::Capsules, rod, {{0.5f, 0, -4}, 0, {0, 0, 1}, kFarAway}).t, 4, 1e-6);  // along its side
   const Shape cone{{0, 0, 0, 1}, {0, 0, 4, 0}};
-  EXPECT_NEAR(hit(ShapeKind::Capsules, cone, {{0, 0, 9}, 0, {0, 0, -1}, kFar}).t, 5, 2e-6);  // onto its tip
+  EXPECT_NEAR(hit(ShapeKind::Capsules, cone, {{0, 0, 9}, 0, {0, 0, -1}, kFarAway}).t, 5, 2e-6);  // onto its tip
   const Shape sheet{{-1, -1, 2, 0}, {1, 1, 2, 0}}, line{{-1, 0, 2, 0}, {1, 0, 2, 0}};
-  EXPECT_EQ(hit(ShapeKind::Boxes, sheet, {{0.5f, 0.5f, 0}, 0, {0, 0, 1}, kFar}).t, 2);
-  EXPECT_EQ(hit(ShapeKind::Boxes, sheet, {{-3, 0, 2}, 0, {1, 0, 0}, kFar}).t, 2);  // in its plane
-  EXPECT_EQ(hit(ShapeKind::Boxes, line, {{0, 0, 0}, 0, {0, 0, 1}, kFar}).prim, NO_HIT);
+  EXPECT_EQ(hit(ShapeKind::Boxes, sheet, {{0.5f, 0.5f, 0}, 0, {0, 0, 1}, kFarAway}).t, 2);
+  EXPECT_EQ(hit(ShapeKind::Boxes, sheet, {{-3, 0, 2}, 0, {1, 0, 0}, kFarAway}).t, 2);  // in its plane
+  EXPECT_EQ(hit(ShapeKind::Boxes, line, {{0, 0, 0}, 0, {0, 0, 1}, kFarAway}).prim, NO_HIT);
   const Shape disc{{0, 0, 2, 1}, {0, 0, 1, 0}};
-  EXPECT_EQ(hit(ShapeKind::Discs, disc, {{0.5f, 0.5f, 0}, 0, {0, 0, 1}, kFar}).t, 2);
-  EXPECT_EQ(hit(ShapeKind::Discs, disc, {{-3, 0, 2}, 0, {1, 0, 0}, kFar}).prim, NO_HIT);  // in its plane
+  EXPECT_EQ(hit(ShapeKind::Discs, disc, {{0.5f, 0.5f, 0}, 0, {0, 0, 1}, kFarAway}).t, 2);
+  EXPECT_EQ(hit(ShapeKind::Discs, disc, {{-3, 0, 2}, 0, {1, 0, 0}, kFarAway}).prim, NO_HIT);  // in its plane
 }
 
 TEST_F(ShapesTest, Refusals) {

@@ -22,10 +22,10 @@ HEADERS = ("ballot_c.h", "ballot_c_scenes.h", "ballot_c_answers.h", "ballot_c_po
            "ballot_c_kernels.h", "ballot_c_vulkan.h")
 KINDS = ("hits", "crossings", "points", "within", "files")
 ROWS = {"BallotQuery": "kQueryRows", "BallotSceneOptions": "kSceneRows", "BallotHits": "kHitRows",
-        "BallotNearest": "kNearestRows", "BallotSceneInfo": "kSceneInfoRows", "BallotMeshInfo": "kMeshInfoRows",
-        "BallotInstanceInfo": "kInstanceInfoRows", "BallotAnimationInfo": "kAnimationInfoRows",
-        "BallotDeviceInfo": "kDeviceInfoRows", "BallotInputInfo": "kInputInfoRows",
-        "BallotTimes": "kTimesRows"}  # fmt: skip
+        "BallotNearest": "kNearestRows", "BallotClearance": "kClearanceRows", "BallotSceneInfo": "kSceneInfoRows",
+        "BallotMeshInfo": "kMeshInfoRows", "BallotInstanceInfo": "kInstanceInfoRows",
+        "BallotAnimationInfo": "kAnimationInfoRows", "BallotDeviceInfo": "kDeviceInfoRows",
+        "BallotInputInfo": "kInputInfoRows", "BallotTimes": "kTimesRows"}  # fmt: skip
 TYPES = {"BallotText": "Text", "BallotBool": "Bool", "uint32_t": "UInt32", "uint64_t": "UInt64", "float": "Float32",
          "double": "Float64", "char": "Chars", "float*": "Floats", "uint32_t*": "UInt32s", "uint8_t*": "Bools",
          "double*": "Doubles", "BallotSums": "Sums", "BallotHit*": "Hits",
@@ -206,7 +206,8 @@ def python(door: Door) -> str:
         lines += [f'    "{kind}": {{{pairs}}},']
     lines += ['    "within": {},', "}"]
     number = {"Floats": "np.float32", "Doubles": "np.float64", "UInt32s": "np.uint32", "Bools": "np.bool_"}
-    for struct, name in (("BallotHits", "HIT_COLUMNS"), ("BallotNearest", "POINT_COLUMNS")):
+    for struct, name in (("BallotHits", "HIT_COLUMNS"), ("BallotNearest", "POINT_COLUMNS"),
+                         ("BallotClearance", "CLEARANCE_COLUMNS")):
         lines += [f"{name}: dict[str, tuple[type, tuple[int, ...]]] = {{  # dtype, and shape of an entry"]
         lines += [f'    "{r.name}": ({number[r.type]}, ({f"{r.count}," if r.count > 1 else ""})),'
                   for r in door.rows[struct] if r.type in number]  # fmt: skip
@@ -215,7 +216,8 @@ def python(door: Door) -> str:
                                       + (list(FILTERS.items()) if kind in KINDS[:3] else []))
              for kind, rows in of.items()}  # fmt: skip
     shapes = {1: "(...)", 2: "(..., 2)", 3: "(..., 3)", 4: "(..., 4)"}
-    for struct, name in (("BallotHits", "hit_columns"), ("BallotNearest", "point_columns")):
+    for struct, name in (("BallotHits", "hit_columns"), ("BallotNearest", "point_columns"),
+                         ("BallotClearance", "clearance_columns")):
         texts[name] = table([(f'"{r.name}"', f"{shapes[r.count]} {number[r.type][3:].rstrip('_')}: {text_of(r)}")
                              for r in door.rows[struct] if r.type in number])  # fmt: skip
     lines += ["", "_TEXTS = {", *(f"    \"{name}\": '''{text}'''," for name, text in texts.items()), "}", "", "",

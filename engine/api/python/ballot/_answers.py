@@ -10,7 +10,7 @@ import numpy as np
 from . import _arrays, _attributes, _query, _sources
 from ._array import Array, there
 from ._arrays import HIT
-from ._door import HIT_COLUMNS, POINT_COLUMNS, HitOptions, PointOptions, Times, documented
+from ._door import CLEARANCE_COLUMNS, HIT_COLUMNS, POINT_COLUMNS, HitOptions, PointOptions, Times, documented
 from ._job import Job
 from ._lists import ListAnswers, told
 from ._there import Asked, refuse_count
@@ -250,6 +250,42 @@ class Answers(ListAnswers):
         arrays = _arrays.columns(columns, known, source.shape, source[1:], out)
         flat = {name: _arrays.flat(array) for name, array in arrays.items()}
         told(times, self._handle.nearest(source, flat, asked, progress))
+        return arrays
+
+    @documented
+    def clearance(
+        self, other: Answers, columns: Sequence[str] = ("distances",), *, poses: Any = None, limit: Any = None,
+        out: Mapping[str, Any] | None = None, times: list[Times] | None = None, progress: Any = None,
+    ) -> dict[str, np.ndarray]:
+        """Finds the smallest distance between this scene and another one, wherever poses place that: 0 if they touch or
+        pass through each other. Returns a dict of arrays.
+
+        other    a Scene on the same device
+        columns  some of
+        {clearance_columns}
+                 Beyond the limit, or without a triangle, distances are inf, numbers ballot.MISS, the rest 0. With M the
+                 largest distance of corners of the two triangles distances are off by 2^-49 M at most. Of pairs at the
+                 same distance it is that of the smallest prim, then of the smallest other prim; of those at 0 some pair
+        poses    (..., 3, 4) or (..., 4, 4): matrices that place the other scene, read in double; None: it stays where
+                 it is
+        limit    what is farther away is not looked for: a number of at least 0, or an array that broadcasts to the
+                 poses' shape; None: there is no limit
+        out, times, progress  as trace_columns()
+
+        The host finds it, in double precision, each pose by a thread. Raises ValueError for scenes with shapes.
+
+        >>> triangle = ballot.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        >>> above = np.tile(np.eye(4), (3, 1, 1))
+        >>> above[:, 2, 3] = [0, 0.5, 2]
+        >>> triangle.clearance(triangle, poses=above, limit=1)["distances"].tolist()
+        [0.0, 0.5, inf]
+        """
+        if not isinstance(other, Answers):
+            raise TypeError(f"other: found {type(other).__name__}; expected a ballot.Scene")
+        source = _sources.poses(poses, limit)
+        arrays = _arrays.columns(columns, CLEARANCE_COLUMNS, source.shape, source[1:], out)
+        flat = {name: _arrays.flat(array) for name, array in arrays.items()}
+        told(times, self._handle.clearance(other._handle, source, flat, _query.progress_function(progress)))
         return arrays
 
 

@@ -19,7 +19,7 @@ class Source(NamedTuple):
     """Questions, as the extension reads them: a shape, and arrays of float32 or float64 whose axes broadcast to it."""
 
     shape: tuple[int, ...]
-    first: np.ndarray  # rays of 8 or 6 numbers, origins or points; low corners of boxes
+    first: np.ndarray  # rays of 8 or 6 numbers, origins or points; low corners of boxes; poses of scenes
     directions: np.ndarray | None = None  # or high corners
     low: np.ndarray | None = None  # t_min; None: 0
     high: np.ndarray | None = None  # t_max, or limits of points; None: no end
@@ -220,8 +220,7 @@ def points(given: Any, limit: Any, filters: Filters = Filters(), least: bool = F
     else:
         first = _arrays.numbers(given, "points", (3,))
         shape = first.shape[:-1]
-    source = _filtered(Source(shape, first, high=_limit(limit, shape, least), y=y, z=z), filters)
-    return source if len(shape) <= _AXES else _flattened(source)
+    return _flat_enough(_filtered(Source(shape, first, high=_limit(limit, shape, least), y=y, z=z), filters))
 
 
 def boxes(low: Any, high: Any, filters: Filters = Filters()) -> Source:
@@ -234,8 +233,24 @@ def boxes(low: Any, high: Any, filters: Filters = Filters()) -> Source:
             f"low and high: shapes are {first.shape} and {last.shape}; expected axes before the last that are as long, "
             "or 1"
         ) from None
-    source = _filtered(Source(shape, first, last), filters)
-    return source if len(shape) <= _AXES else _flattened(source)
+    return _flat_enough(_filtered(Source(shape, first, last), filters))
+
+
+def poses(given: Any, limit: Any) -> Source:
+    """Returns matrices that place a scene, and the limit of each: None, a number of at least 0, or an array."""
+    first = matrices(np.eye(4)[:3] if given is None else given, "poses")
+    shape = first.shape[:-1]
+    if limit is None:
+        return _flat_enough(Source(shape, first))
+    far = np.asarray(limit, np.float64)
+    fitted = _fitted(far, shape)
+    if fitted is None:
+        raise ValueError(f"limit: shape is {far.shape}; expected a number, or an array of {shape}")
+    return _flat_enough(Source(shape, first, high=fitted))
+
+
+def _flat_enough(source: Source) -> Source:
+    return source if len(source.shape) <= _AXES else _flattened(source)
 
 
 def _limit(given: Any, shape: tuple[int, ...], least: bool) -> np.ndarray | None:

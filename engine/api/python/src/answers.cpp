@@ -57,6 +57,17 @@ Objects nearest(const SceneObject& self, const Objects& source, const ObjectDict
                   });
 }
 
+Objects clearance(const SceneObject& self, const SceneObject& other, const Objects& source, const ObjectDict& columns,
+                  nb::object progress) {
+  const Source from(source);
+  const Columns<BallotClearance> to(columns, door::kClearanceRows, from.count());
+  return answered(self, std::move(progress), query_of({}), false,
+                  [=, second = other.use()](auto* scene, auto* asked, auto* times) {
+                    const BallotPoses poses = from.poses();
+                    return ballot_clearance(scene, second->handle(), &poses, &to.c, asked, times);
+                  });
+}
+
 /// What a list has taken so far.
 struct Listed {
   ResultBlock block;      // t, prim (its bits), u, v of each
@@ -226,6 +237,7 @@ void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene) {
   const auto progress = nb::arg("progress").none();
   scene.def("trace", &trace, nb::arg("source"), nb::arg("columns"), nb::arg("options"), progress)
       .def("nearest", &nearest, nb::arg("source"), nb::arg("columns"), nb::arg("options"), progress)
+      .def("clearance", &clearance, nb::arg("other"), nb::arg("source"), nb::arg("columns"), progress)
       .def("list", &list, nb::arg("source"), nb::arg("what"), nb::arg("lists"), nb::arg("counts").noconvert(),
            nb::arg("options"), progress)
       .def("submit", &submit, nb::arg("source"), nb::arg("columns"), nb::arg("options"), nb::arg("arrays"))

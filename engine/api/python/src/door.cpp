@@ -87,7 +87,10 @@ void Options<Struct>::set(void* to, Rows rows, const std::string& name, nb::hand
 template <class Struct>
 Columns<Struct>::Columns(const nb::dict& given, Rows rows, std::size_t entries) {
   for (const auto [name, array] : given) set(rows, nb::cast<std::string>(name), array, entries);
-  c.values = values_->data(), c.value_count = values_->size();
+  if constexpr (requires { c.values; })
+    c.values = values_->data(), c.value_count = values_->size();
+  else if (!values_->empty())
+    throw Error(BALLOT_ERROR_ARGUMENT, names_->front() + " is no column");
 }
 
 /// Takes the array of an attribute.
@@ -126,5 +129,6 @@ template class Options<BallotQuery>;
 template class Options<BallotSceneOptions>;
 template class Columns<BallotHits>;
 template class Columns<BallotNearest>;
+template class Columns<BallotClearance>;
 
 }  // namespace ballot::python

@@ -106,6 +106,13 @@ class Source {
     add_words(boxes);
     return boxes;
   }
+  BallotPoses poses() const {
+    auto poses = BALLOT_INIT(BallotPoses);
+    std::copy_n(shape_, BALLOT_AXES, poses.shape);
+    poses.pose = first_.numbers(axes_);
+    if (high_) poses.limit = high_.column(axes_);
+    return poses;
+  }
 
  private:
   template <class Questions>
