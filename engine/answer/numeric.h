@@ -13,6 +13,9 @@ namespace ballot {
 
 struct DeviceInfo;
 
+/// Who answers rays in scenes with shapes other than triangles: nobody, kernels, or the host (engine/oracle/exact.h).
+enum class TakesShapes { No, Kernels, Host };
+
 struct NumericMode {
   std::string_view name;
   std::string_view summary;
@@ -21,8 +24,8 @@ struct NumericMode {
   Arithmetic arithmetic;      // the arithmetic whose rounding error the judge allows
   bool conservative = false;  // answers are equal bit for bit over methods, orders, subgroup and workgroup sizes, trees
   bool needs_float64 = false;  // shaderFloat64
-  bool takes_shapes = false;   // scenes may have shapes other than triangles
-  bool leaves_open = false;    // kernels may list rays in doubt (Doubtful, kernel_config.h)
+  TakesShapes shapes = TakesShapes::No;
+  bool leaves_open = false;  // kernels may list rays in doubt (Doubtful, kernel_config.h)
 };
 
 // clang-format off
@@ -32,14 +35,15 @@ inline constexpr NumericMode kNumericModes[] = {
      .triangle = TRIANGLE_WOOP_AFFINE, .box = BOX_FMA, .leaves = LeafFormat::Affine,
      .arithmetic = Arithmetic::WoopAffine},
     {.name = "plain", .summary = "Moeller-Trumbore, boxes without padding; rays can slip between triangles",
-     .triangle = TRIANGLE_MOELLER, .box = BOX_SLABS, .arithmetic = Arithmetic::MoellerTrumbore, .takes_shapes = true},
+     .triangle = TRIANGLE_MOELLER, .box = BOX_SLABS, .arithmetic = Arithmetic::MoellerTrumbore,
+     .shapes = TakesShapes::Kernels},
     {.name = "watertight", .summary = "Woop, Benthin and Wald, with padded boxes; no ray slips through a closed mesh",
      .triangle = TRIANGLE_WATERTIGHT, .box = BOX_PADDED, .arithmetic = Arithmetic::Woop, .conservative = true,
-     .takes_shapes = true},
+     .shapes = TakesShapes::Kernels},
     {.name = "exact",
      .summary = "every answer is that of arithmetic without rounding: filters, then integers; needs float64",
      .triangle = TRIANGLE_EXACT, .box = BOX_RELATIVE, .arithmetic = Arithmetic::Exact, .conservative = true,
-     .needs_float64 = true, .leaves_open = true},
+     .needs_float64 = true, .shapes = TakesShapes::Host, .leaves_open = true},
     {.name = "double",
      .summary = "watertight in float64, of vertices and rays in double if they are given so; needs float64",
      .triangle = TRIANGLE_DOUBLE, .box = BOX_RELATIVE, .arithmetic = Arithmetic::WoopInDouble, .conservative = true,
@@ -55,8 +59,13 @@ constexpr Arithmetic judged_as(const NumericMode& mode) {
   return mode.arithmetic == Arithmetic::Exact ? Arithmetic::Woop : mode.arithmetic;
 }
 
-/// Throws Error(Arguments) unless a mode can trace a scene with these kinds of shapes (TreeFacts::shapes).
+/// Throws Error(Arguments) unless kernels of a mode can answer in a scene with these kinds of shapes
+/// (TreeFacts::shapes).
 void check_takes(const NumericMode& mode, std::uint32_t shapes);
+/// Returns true if the host traces rays of a mode in such a scene.
+constexpr bool host_traces(const NumericMode& mode, std::uint32_t shapes) {
+  return shapes && mode.shapes == TakesShapes::Host;
+}
 
 /// Throws Error(Arguments) that lists the modes there are.
 const NumericMode& find_numeric(std::string_view name);

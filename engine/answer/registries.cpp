@@ -11,10 +11,15 @@ const Method& find_method(std::string_view name) { return find_named(kMethods, n
 const NumericMode& find_numeric(std::string_view name) { return find_named(kNumericModes, name, "numeric mode"); }
 
 void check_takes(const NumericMode& mode, std::uint32_t shapes) {
-  if (!shapes || mode.takes_shapes) return;
+  if (!shapes || mode.shapes == TakesShapes::Kernels) return;
+  if (mode.shapes == TakesShapes::Host)
+    fail(Failure::Arguments,
+         "numeric mode {}: the scene has shapes (spheres and the like), among which it finds nearest and any hits of "
+         "rays alone, without counters; expected another query, or mode {}",
+         mode.name, kDefaultNumeric);
   std::string others;
   for (const NumericMode& m : kNumericModes)
-    if (m.takes_shapes) others += fmt::format("{}{}", others.empty() ? "" : ", ", m.name);
+    if (m.shapes != TakesShapes::No) others += fmt::format("{}{}", others.empty() ? "" : ", ", m.name);
   fail(Failure::Arguments,
        "numeric mode {} is one of triangles, and the scene has shapes (spheres and the like); modes with them: {}",
        mode.name, others);

@@ -7,6 +7,7 @@
 #include "engine/core/error.h"
 #include "engine/core/interruption.h"
 #include "engine/core/parallel.h"
+#include "engine/core/stopwatch.h"
 
 namespace ballot {
 
@@ -43,12 +44,12 @@ class RayAnswerer : public Answerer<Ray, Hit> {
   bool in_place() const override { return true; }
   void answer(const Chunk<Ray, Hit>& c, TraceTimes& times) override {
     Query query = query_;
-    tracer_.classify(query, c.here, batch_);
+    if (!tracer_.traces_here(query)) tracer_.classify(query, c.here, batch_);
     if (tracer_.prefill) {
       const std::vector<std::uint8_t> pattern(c.here.size() * sizeof(Hit), *tracer_.prefill);
       c.answers.RawBuffer::upload(0, pattern.data(), pattern.size());
     }
-    query = tracer_.resolve(std::move(query), c.questions, c.count(), batch_);
+    if (!tracer_.traces_here(query)) query = tracer_.resolve(std::move(query), c.questions, c.count(), batch_);
     if (tracer_.can_record(query, c.count())) {
       ++times.dispatches;
       tracer_.record(c.questions, c.answers, c.count(), query, [&times](double ms) { times.device_ms += ms; });
@@ -243,7 +244,30 @@ void Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, RayRange range, c
     trace(found, rays, hits, range, query, times);
 }
 
+/// Traces by the exact oracle: also any hits, for the nearest is one. The device reads rays and hits in its turn.
+TraceTimes Tracer::trace_here(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count) {
+  const OracleScene& scene = tree_.oracle_scene();
+  if (!exact_ || exact_of_ != tree_.generation()) exact_.emplace(scene);
+  exact_of_ = tree_.generation();
+  std::vector<Ray> all(count);
+  rays.download(all);
+  const Stopwatch watch(tree_.walked_s());
+  const Timer timer;
+  std::vector<Hit> found(count, kMiss);
+  constexpr std::size_t kAtOnce = 1 << 16;  // rays between looks whether somebody wants to stop
+  for (std::size_t first = 0; first < all.size(); first += kAtOnce) {
+    check_interruption();
+    const auto some = std::span<const Ray>(all).subspan(first, std::min(kAtOnce, all.size() - first));
+    std::ranges::transform(exact_->nearest(some), found.begin() + std::ptrdiff_t(first), [](const ExactHit& hit) {
+      return hit.prim == NO_HIT ? kMiss : Hit{float(hit.t), hit.prim, float(hit.u), float(hit.v)};
+    });
+  }
+  hits.upload(found);
+  return {.device_ms = 1e3 * timer.seconds()};
+}
+
 TraceTimes Tracer::trace(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count, const Query& query) {
+  if (traces_here(query)) return count ? trace_here(rays, hits, count) : TraceTimes{};
   TraceTimes times;
   trace(rays, hits, {0, count}, resolve(query, rays, count), times);
   return times;
@@ -306,7 +330,7 @@ TraceTimes Tracer::trace(const Buffer<RayInDouble>& rays, Buffer<Hit>& hits, std
 }
 
 bool Tracer::can_record(const Query& query, std::uint32_t most) const {
-  if (!gpu_.batches() || !chooser_.is_resolved(query, most)) return false;
+  if (!gpu_.batches() || traces_here(query) || !chooser_.is_resolved(query, most)) return false;
   const Variant& v = resolved(resolve(query, most)).variant;
   return dispatcher_.can_record(v, most) && (!v.config.reorder || (!sorts_on_host() && most <= Reorder::kMost));
 }

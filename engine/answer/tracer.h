@@ -12,6 +12,7 @@
 #include "engine/answer/reorder.h"
 #include "engine/answer/stream.h"
 #include "engine/model/recentring.h"
+#include "engine/oracle/exact.h"
 
 namespace ballot {
 
@@ -118,6 +119,9 @@ class Tracer {
   /// Returns the pair tree on the host. The oracles walk the one without padding.
   const PairTree& pair_tree(NodeLayout layout, Padding padding = Padding::Ray) { return tree_.pairs(layout, padding); }
 
+  /// Returns true if the host traces the rays of a query, whatever its method (TakesShapes::Host).
+  bool traces_here(const Query& query) const { return host_traces(find_numeric(query.numeric), tree_.facts().shapes); }
+
   /// Tests only: the byte that hits are filled with before a trace of host arrays, so that unwritten records can be
   /// counted.
   std::optional<std::uint8_t> prefill;
@@ -130,6 +134,7 @@ class Tracer {
   std::optional<bool> make_rays;
 
  private:
+  TraceTimes trace_here(const Buffer<Ray>& rays, Buffer<Hit>& hits, std::uint32_t count);
   /// A query with its variant and kernels. It is kept, because a frame asks for it thousands of times.
   struct Resolved {
     Query asked;
@@ -157,7 +162,9 @@ class Tracer {
   TraceKernels kernels_;
   Dispatcher dispatcher_;
   Chooser chooser_;
-  std::optional<Reorder> reorder_;  // made on first use
+  std::optional<Reorder> reorder_;    // made on first use
+  std::optional<ExactOracle> exact_;  // of the tree's generation exact_of_
+  std::uint64_t exact_of_ = 0;
   mutable std::vector<Resolved> resolved_;
   mutable std::uint64_t resolved_by_ = 0;  // the tree's generation of resolved_
 };

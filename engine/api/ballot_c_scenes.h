@@ -57,8 +57,9 @@ typedef struct BallotMesh {
    * The answer is that of a shape that lies elsewhere by at most 8 * 2^-24 of its largest distance from the ray's
    * origin along an axis, with t off by 15 * 2^-24 of that over the direction's main component. A mesh of shapes lies
    * in a tree of its own, whatever the layout. Closest points need matrices that turn and scale alike along all axes.
-   * In modes "watertight" and "plain" alone. In pictures they have their own normals, and give no light. Shapes of
-   * radius 0, and boxes that are flat along two axes, are never hit. */
+   * In modes "watertight" and "plain", and in "exact" nearest and any hits of rays, without filters: the host finds
+   * these without rounding, whatever the device, t and the normal to float32. In pictures they have their own normals,
+   * and give no light. Shapes of radius 0, and boxes that are flat along two axes, are never hit. */
   BallotText shapes BALLOT_ZERO;
   const float* radii BALLOT_ZERO;   /* of each vertex of spheres, discs and capsules, 0 to 1e12 */
   size_t radius_stride BALLOT_ZERO; /* bytes from one to the next, a multiple of 4; 0: 4 */

@@ -78,9 +78,12 @@ std::vector<Shape> make_shapes(ShapeKind kind, std::span<const std::uint32_t> co
 Bounds bounds_of(ShapeKind kind, const Shape& s) {
   if (kind == ShapeKind::Boxes) return {glm::vec3(s.a), glm::vec3(s.b)};
   glm::dvec3 reach(s.a.w);
-  if (kind == ShapeKind::Discs)  // the normal is rounded, so its disc may reach farther by as much
+  if (kind == ShapeKind::Discs) {  // the normal is rounded, so its length is not 1
+    const glm::dvec3 n(s.b), square = n * n;
+    const double all = square.x + square.y + square.z;
     for (int k = 0; k < 3; ++k)
-      reach[k] *= std::min(1.0, std::sqrt(std::max(0.0, 1 - double(s.b[k]) * double(s.b[k]))) + 0x1p-21);
+      reach[k] *= std::min(1.0, std::sqrt((square[(k + 1) % 3] + square[(k + 2) % 3]) / all) + 0x1p-21);
+  }
   const Bounds a = around(s.a, reach);
   if (kind != ShapeKind::Capsules) return a;
   const Bounds b = around(s.b, glm::dvec3(s.b.w));

@@ -1,5 +1,6 @@
 #include "engine/oracle/dyadic.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -48,6 +49,14 @@ double quotient(const Dyadic& a, const Dyadic& b) {
   // Both terms are exact doubles of at most 33 bits. Their sum is rounded once.
   const double q = std::ldexp(static_cast<double>(high), 32) + static_cast<double>(low);
   return std::ldexp(a.sign() == b.sign() ? q : -q, exponent);
+}
+
+Dyadic square_root(const Dyadic& a) {
+  if (a.m_.is_zero()) return {};
+  // An integer root of 160 bits or more, of a number with an even exponent.
+  int shift = std::max(0, 322 - static_cast<int>(msb(a.m_)));
+  shift += (a.e_ - shift) & 1;
+  return {sqrt(Dyadic::Integer(a.m_ << static_cast<unsigned>(shift))), (a.e_ - shift) / 2};
 }
 
 DyadicVec difference(const glm::vec3& a, const glm::vec3& b) {

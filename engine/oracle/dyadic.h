@@ -10,9 +10,9 @@
 namespace ballot {
 
 /// An exact number m * 2^e. Every float32 is a multiple of 2^-149 below 2^128. So a polynomial of degree k in float32
-/// numbers is a multiple of 2^-149k below c * 2^128k, where c counts its terms. At degree 10, the highest in use (two
-/// distances from planes), that is 2770 bits and those of c. Nearly all numbers fit the 512 bits that are kept in
-/// place; longer ones lie on the heap.
+/// numbers is a multiple of 2^-149k below c * 2^128k, where c counts its terms. At degree 10 (two distances from
+/// planes) that is 2770 bits and those of c, at degree 32, the highest in use (two round cones), 8864. Nearly all
+/// numbers fit the 512 bits that are kept in place; longer ones lie on the heap.
 class Dyadic {
  public:
   Dyadic() = default;
@@ -31,6 +31,9 @@ class Dyadic {
   /// infinity, or has few bits like any small double.
   friend double quotient(const Dyadic& a, const Dyadic& b);
 
+  /// Returns a number that is not above the square root of a, which must not be below 0, by at most 2^-160 of it.
+  friend Dyadic square_root(const Dyadic& a);
+
  private:
   using Integer = boost::multiprecision::number<
       boost::multiprecision::cpp_int_backend<512, 0, boost::multiprecision::signed_magnitude,
@@ -44,6 +47,7 @@ class Dyadic {
 };
 
 double quotient(const Dyadic& a, const Dyadic& b);
+Dyadic square_root(const Dyadic& a);
 
 /// An exact vector.
 using DyadicVec = std::array<Dyadic, 3>;

@@ -12,6 +12,7 @@
 #include "engine/oracle/in_parallel.h"
 #include "engine/oracle/oracle.h"
 #include "engine/oracle/predicates.h"
+#include "engine/oracle/shape_sight.h"
 #include "engine/oracle/ulp.h"
 #include "engine/oracle/walker.h"
 
@@ -128,6 +129,7 @@ class Searches {
     ++counts_.rays;
     if (is_dead(ray)) return {};
     return scene_.nearest(ray, [&](const PlacedMesh& mesh) {
+      if (mesh.kind != ShapeKind::Triangles) return nearest_shape(mesh);
       std::unique_ptr<Search>& search = of_[mesh.mesh];
       if (!search) search = std::make_unique<Search>(mesh.tree, lost_[mesh.mesh], counts_);
       return search->nearest(mesh.ray, mesh.triangles);
@@ -210,9 +212,14 @@ ExactHit ExactOracle::hit(const Ray& ray, std::uint32_t prim) const {
   if (!shape || is_dead(ray)) return {};
   const PlacedMesh mesh = scene_.mesh_of(ray, prim);
   if (is_dead(mesh.ray)) return {};
-  const ExactSight sight(mesh.ray, *shape);
-  if (!sight.hits_line() || !sight.within(mesh.ray)) return {};
-  ExactHit hit = as_hit(sight, prim);
+  ExactHit hit;
+  if (mesh.kind != ShapeKind::Triangles) {
+    hit = nearest_shape(mesh, prim - mesh.first);
+  } else if (const ExactSight sight(mesh.ray, *shape); sight.hits_line() && sight.within(mesh.ray)) {
+    hit = as_hit(sight, prim);
+  }
+  if (hit.prim == NO_HIT) return {};
+  hit.prim = prim;
   hit.t *= mesh.scale;
   return hit;
 }

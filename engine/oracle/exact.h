@@ -5,6 +5,7 @@
 // o + t d. It hits a triangle if the exact point lies in the closed triangle and t_min <= t <= t_max exactly. Triangles
 // are two-sided. A ray in the plane of a triangle misses it. A degenerate triangle is never hit. A dead ray (is_dead)
 // misses everything. The nearest hit is that of the smallest exact t, and of the smallest prim among exactly equal t.
+// Shapes other than triangles: shape_sight.h.
 // Instances are hit as their object-space rays hit their meshes; of their nearest hits that of the smallest t in double
 // precision counts, at equal t that of the first instance.
 //
@@ -57,10 +58,10 @@ class ExactOracle {
   std::vector<ExactHit> nearest(std::span<const Ray> rays, const Progress& progress = {}) const;
 
   /// Returns the nearest hit by exact tests of every triangle in the leaf array, without filter and tree. For small
-  /// scenes.
+  /// scenes of triangles alone.
   ExactHit brute_force(const Ray& ray) const;
 
-  /// Returns the ray's hit of this triangle within [t_min, t_max], or a miss.
+  /// Returns the ray's (nearest) hit of this triangle or shape within [t_min, t_max], or a miss.
   ExactHit hit(const Ray& ray, std::uint32_t prim) const;
   bool hits(const Ray& ray, std::uint32_t prim) const { return hit(ray, prim).prim != NO_HIT; }
 

@@ -199,13 +199,10 @@ void OracleScene::for_each_near(const glm::dvec3& point, const double& far, cons
 }
 
 PlacedMesh OracleScene::placed(const Instance& i, const Ray& ray) const {
-  return {*trees_[i.mesh],
-          forest_->meshes()[i.mesh].triangles,
-          object_ray(ray, i.map),
-          double(direction_scale(ray)),
-          i.mesh,
-          i.first,
-          i.mirrors};
+  const MeshTree& mesh = forest_->meshes()[i.mesh];
+  return {
+      *trees_[i.mesh], mesh.triangles, object_ray(ray, i.map), double(direction_scale(ray)), i.mesh, i.first, i.mirrors,
+      mesh.kind,       mesh.shapes};
 }
 
 OracleScene::Place OracleScene::place_of(std::uint32_t prim) const {

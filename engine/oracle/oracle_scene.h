@@ -31,6 +31,8 @@ struct PlacedMesh {
   std::uint32_t mesh = 0;               // its number
   std::uint32_t first = 0;              // number in the scene of the mesh's first triangle
   bool mirrors = false;                 // the instance turns the fronts of triangles
+  ShapeKind kind = ShapeKind::Triangles;
+  std::span<const Shape> shapes = {};  // that the triangles stand in for; none of kind Triangles
 };
 
 /// Meshes and instances. Thread-safe.

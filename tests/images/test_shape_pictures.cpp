@@ -1,5 +1,5 @@
 // Pictures of shapes other than triangles: normals, distances, and light that no shape takes from itself.
-#include "tests/device/shape_truth.h"
+#include "tests/cpu/shape_truth.h"
 #include "tests/images/pictures.h"
 
 namespace ballot::test {

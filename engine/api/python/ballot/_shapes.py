@@ -16,8 +16,8 @@ class Shapes(NamedTuple):
     A ray enters a closed shape and leaves it: two hits, of which the nearest counts, or the second where the ray starts
     inside. u and v of a hit tell its outward normal; column "normals" has it. The front of a closed shape is its
     outside, of a disc the side of its normal. A prim is a shape's number. Such a mesh lies in a tree of its own.
-    Modes "exact", "double" and "fast" are of triangles. In pictures shapes give no light. set_vertices() moves the
-    vertices.
+    Modes "double" and "fast" are of triangles; "exact" finds nearest and any hits alone, by the host. In pictures
+    shapes give no light. set_vertices() moves the vertices.
     """
 
     #: "spheres", "discs", "capsules", "boxes" or "heights"

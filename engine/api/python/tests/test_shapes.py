@@ -212,7 +212,11 @@ class ShapesTest(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, text):
                 bad()
         scene = ballot.Scene(ballot.spheres([[0, 0, 0]], 1))
-        for numeric in ("exact", "fast"):
+        hit = scene.trace([[0, 0, 5, 0, 0, -1]], numeric="exact")
+        self.assertEqual((hit["t"][0], hit["prim"][0]), (4, 0))
+        with self.assertRaisesRegex(ValueError, "nearest and any hits"):
+            scene.crossings([[0, 0, 5, 0, 0, -1]], numeric="exact")
+        for numeric in ("double", "fast"):
             with self.assertRaisesRegex(ValueError, "shapes"):
                 scene.trace([[0, 0, 5, 0, 0, -1]], numeric=numeric)
         with self.assertRaisesRegex(ValueError, "discs"):
