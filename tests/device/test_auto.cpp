@@ -111,6 +111,33 @@ TEST(AutoTable, GpuRowsHaveRivalsInLongBatches) {
   EXPECT_EQ(taken({.knobs = {{"refetch", "0.5"}}, .rays = "diffuse"}, 1 << 20), "bvh8 refetch=0.5");
 }
 
+// Minima of integers cull no box behind an origin. Where the device takes them, rays that begin there get others.
+TEST_F(Auto, RaysFromBehindTakeOtherMinima) {
+  std::vector<Ray> rays = shapes::random_rays(1 << 15);
+  for (const bool behind : {false, true}) {
+    if (behind) rays[0].t_min = -1;
+    Buffer<Ray> buffer(*gpu_, rays.size(), Access::Storage, "rays");
+    buffer.upload(rays);
+    for (const DeviceInfo& device : {a_gpu(), gpu_->info()}) {
+      Chooser chooser(*gpu_, device, scene_->bvh, scene_->triangles,
+                      [](const Buffer<Ray>&, Buffer<Hit>&, std::uint32_t, const Query&) { return 1.0; });
+      const bool expected = behind && !device.is_cpu();
+      const auto minima = [](const Query& q) { return q.knobs.contains("minmax") ? q.knobs.at("minmax") : ""; };
+      EXPECT_EQ(minima(chooser.resolve(Query{}, buffer, rays.size())), expected ? "builtin" : "");
+      Query query;
+      chooser.classify(query, Questions<Ray>(rays));
+      EXPECT_EQ(minima(query), expected ? "builtin" : "");
+      Query given{.knobs = {{"minmax", "select"}}};
+      EXPECT_EQ(minima(chooser.resolve(given, buffer, rays.size())), "select");
+    }
+  }
+  const auto expected = trace(rays, {.method = "if-if"});
+  for (const char* minima : {"builtin", "integer", "select"}) {
+    const Query query{.method = "while-while", .knobs = {{"minmax", minima}}};
+    EXPECT_EQ(harness::count_different(trace(rays, query), expected), 0u) << minima;
+  }
+}
+
 // A GPU that traces by one method faster than by the other.
 TEST_F(Auto, TheFasterOfTwoIsKept) {
   const DeviceInfo device = a_gpu();

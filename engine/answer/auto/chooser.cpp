@@ -40,6 +40,15 @@ std::vector<Stretch> sample_of(std::size_t count) {
   return all;
 }
 
+std::vector<Ray> sampled(const Questions<Ray>& rays) {
+  std::vector<Ray> sample;
+  for (const Stretch& s : sample_of(rays.size())) {
+    const std::vector<Ray> part = rays.part(s.first, s.count);
+    sample.insert(sample.end(), part.begin(), part.end());
+  }
+  return sample;
+}
+
 double median(std::vector<double> values) {
   std::ranges::nth_element(values, values.begin() + std::ptrdiff_t(values.size() / 2));
   return values[values.size() / 2];
@@ -89,7 +98,7 @@ Query Chooser::resolve(const Query& query, std::size_t count) const {
 Query Chooser::resolve(Query query, const Buffer<Ray>& rays, std::size_t count, std::size_t batch) {
   if (!is_auto(query)) return query;
   batch = std::max(batch, count);
-  if (!is_ray_class(query.rays) && depends_on_class(device_, batch)) query.rays = class_of(rays, count);
+  if (!is_ray_class(query.rays) && depends_on_class(device_, batch)) note(query, look_at(rays, count));
   if (is_resolved(query, batch)) return resolve(query, batch);
   return faster(choice_for(query, batch), query, rays, count).apply(query);
 }
@@ -117,14 +126,25 @@ Candidate Chooser::faster(const AutoChoice& choice, const Query& query, const Bu
   return rival_wins_[key_of(query)] ? *choice.rival : choice.chosen;
 }
 
+Chooser::Seen::Seen(std::span<const Ray> sample)
+    : rays(ray_class_of(sample)), behind(std::ranges::any_of(sample, [](const Ray& ray) { return ray.t_min < 0; })) {}
+
+void Chooser::note(Query& query, const Seen& seen) const {
+  query.rays = seen.rays;
+  if (!seen.behind || query.knobs.contains("minmax")) return;
+  const Method& any = find_method(kPlainestMethod);
+  if (kernel_config_for(any, find_numeric(query.numeric), device_, {}).minmax == MinMax::Integer)
+    query.knobs["minmax"] = "builtin";
+}
+
 /// Looks at the rays of a known buffer again only at every kLooksAgain-th call: looking takes a GPU as long as tracing
 /// some hundred thousand rays, and a buffer is mostly refilled with rays of the same class.
-std::string Chooser::class_of(const Buffer<Ray>& rays, std::size_t count) {
+Chooser::Seen Chooser::look_at(const Buffer<Ray>& rays, std::size_t count) {
   constexpr int kLooksAgain = 32;
   constexpr std::size_t kKept = 8;
   const auto known =
       std::ranges::find_if(known_, [&](const Known& k) { return k.buffer == rays.id() && k.count == count; });
-  if (known != known_.end() && ++known->uses < kLooksAgain) return known->rays;
+  if (known != known_.end() && ++known->uses < kLooksAgain) return known->seen;
   if (!class_sample_) class_sample_.emplace(gpu_, kClassSample, Access::Host, "sample of rays");
   std::vector<RawBuffer::Part> parts;
   std::size_t size = 0;
@@ -133,7 +153,7 @@ std::string Chooser::class_of(const Buffer<Ray>& rays, std::size_t count) {
     size += s.count;
   }
   class_sample_->copy_parts(rays, parts);
-  const std::string found(ray_class_of({reinterpret_cast<const Ray*>(class_sample_->mapped()), size}));
+  const Seen found({reinterpret_cast<const Ray*>(class_sample_->mapped()), size});
   if (known != known_.end()) known_.erase(known);
   if (known_.size() == kKept) known_.erase(known_.begin());
   known_.push_back({rays.id(), count, found, 0});
@@ -142,16 +162,9 @@ std::string Chooser::class_of(const Buffer<Ray>& rays, std::size_t count) {
 
 void Chooser::classify(Query& query, const Questions<Ray>& rays, std::size_t batch) const {
   if (is_auto(query) && !is_ray_class(query.rays) && depends_on_class(device_, std::max(batch, rays.size())))
-    query.rays = ray_class(rays);
+    note(query, Seen(sampled(rays)));
 }
 
-std::string ray_class(const Questions<Ray>& rays) {
-  std::vector<Ray> sample;
-  for (const Stretch& s : sample_of(rays.size())) {
-    const std::vector<Ray> part = rays.part(s.first, s.count);
-    sample.insert(sample.end(), part.begin(), part.end());
-  }
-  return std::string(ray_class_of(sample));
-}
+std::string ray_class(const Questions<Ray>& rays) { return std::string(ray_class_of(sampled(rays))); }
 
 }  // namespace ballot

@@ -46,19 +46,27 @@ class Chooser {
   /// Returns true if resolve() has nothing left to compare for a batch of up to `most` rays.
   bool is_resolved(const Query& query, std::size_t most) const;
 
-  /// Names the class of rays in a query of method auto that names none, by a look at a sample of them. Does nothing if
-  /// the batch is too small for a difference. `batch`: as above.
+  /// Names the class of rays in a query of method auto that names none, by a look at a sample of them. Where kernels
+  /// take minima of integers and some rays begin behind their origins, it gets knob minmax=builtin
+  /// (shaders/lib/numeric/box.glsl). Does nothing if the batch is too small for a difference. `batch`: as above.
   void classify(Query& query, const Questions<Ray>& rays, std::size_t batch = 0) const;
 
  private:
-  /// A class that was found for a buffer, and how often it has served since.
+  /// What a sample of rays tells: their class, and whether some begin behind their origins.
+  struct Seen {
+    explicit Seen(std::span<const Ray> sample);
+    std::string rays;
+    bool behind;
+  };
+  /// What was seen of a buffer, and how often it has served since.
   struct Known {
     std::uint64_t buffer;
     std::size_t count;
-    std::string rays;
+    Seen seen;
     int uses;
   };
-  std::string class_of(const Buffer<Ray>& rays, std::size_t count);
+  Seen look_at(const Buffer<Ray>& rays, std::size_t count);
+  void note(Query& query, const Seen& seen) const;
   AutoChoice choice_for(const Query& query, std::size_t count) const;
   Candidate faster(const AutoChoice& choice, const Query& query, const Buffer<Ray>& rays, std::size_t count);
 
