@@ -83,11 +83,12 @@ bool within_bounds(const Ray& ray, const OracleScene& scene, std::span<const Hit
                    const std::vector<ExactCrossing>& exact) {
   const auto is_open = [&](std::uint32_t prim) {
     const PlacedMesh mesh = scene.mesh_of(ray, prim);
-    return Seen(mesh.ray, mesh.triangles[prim - mesh.first]).open(mesh.ray);
+    const Ray moved = rounded(mesh.ray);  // which is float32
+    return Seen(moved, mesh.triangles[prim - mesh.first]).open(moved);
   };
   const auto room_of_t = [&](std::uint32_t prim) {
     const PlacedMesh mesh = scene.mesh_of(ray, prim);
-    return Seen(mesh.ray, mesh.triangles[prim - mesh.first]).t_off * mesh.scale;
+    return Seen(rounded(mesh.ray), mesh.triangles[prim - mesh.first]).t_off * mesh.scale;
   };
   std::vector<std::pair<std::uint32_t, double>> a, b;
   for (const Hit& h : found) a.emplace_back(h.prim, h.t);

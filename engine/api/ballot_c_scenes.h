@@ -166,7 +166,8 @@ typedef struct BallotInstances {
  *
  * In "watertight" no ray slips through a closed mesh, whatever its transform, nor between instances with equal
  * transforms. Where the borders of instances with different transforms coincide, one may. In "exact" each instance's
- * answer is exact for the ray in its space; instances are ordered by t as reported.
+ * answer is exact for the ray in its space; instances are ordered by t as reported. In "double" the ray is transformed
+ * in double, by the same inverse of the matrix, which is rounded to float32; t keeps its bound for that ray.
  *
  * Refused, with the instance and the figure: entries that are not finite, matrices that cannot be inverted in float32
  * (their inverse would multiply rounding errors by more than 2^20), columns whose largest magnitude is not between

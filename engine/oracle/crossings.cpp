@@ -125,15 +125,16 @@ std::vector<ExactCrossing> ExactCrossings::list(const Ray& ray, const KeepCrossi
   std::vector<std::size_t> ends;
   scene_.for_each(ray, [&](const PlacedMesh& mesh) {
     if (is_dead(mesh.ray)) return;
-    const FilterRay filter(mesh.ray);
+    const Ray moved = rounded(mesh.ray);  // which is float32
+    const FilterRay filter(moved);
     std::vector<Crossed> found;
-    Walker(mesh.tree).walk(filter, double(mesh.ray.t_max), [&](std::uint32_t texel) {
+    Walker(mesh.tree).walk(filter, double(moved.t_max), [&](std::uint32_t texel) {
       const Triangle triangle = decode_triangle(mesh.tree, texel);
       const FilterSight sight(filter, triangle);
-      if (!line_crosses(mesh.ray, triangle, sight)) return true;
+      if (!line_crosses(moved, triangle, sight)) return true;
       const std::uint32_t prim = decode_prim(mesh.tree, texel);
-      if (keep && !keep(mesh.first + prim, is_front(mesh.ray, triangle, sight) != mesh.mirrors)) return true;
-      Crossed crossed(mesh.ray, triangle, prim, sight);
+      if (keep && !keep(mesh.first + prim, is_front(moved, triangle, sight) != mesh.mirrors)) return true;
+      Crossed crossed(moved, triangle, prim, sight);
       if (crossed.within()) found.push_back(std::move(crossed));
       return true;
     });
@@ -150,11 +151,12 @@ std::vector<ExactCrossing> ExactCrossings::in_order(const Ray& ray, std::vector<
   std::vector<std::size_t> ends;
   for (std::size_t i = 0; i < prims.size();) {
     const PlacedMesh mesh = scene_.mesh_of(ray, prims[i]);
-    const FilterRay filter(mesh.ray);
+    const Ray moved = rounded(mesh.ray);
+    const FilterRay filter(moved);
     std::vector<Crossed> found;
     for (; i < prims.size() && prims[i] - mesh.first < mesh.triangles.size(); ++i) {
       const Triangle& triangle = mesh.triangles[prims[i] - mesh.first];
-      found.emplace_back(mesh.ray, triangle, prims[i] - mesh.first, FilterSight(filter, triangle));
+      found.emplace_back(moved, triangle, prims[i] - mesh.first, FilterSight(filter, triangle));
     }
     add_sorted(mesh, filter, found, all);
     ends.push_back(all.size());

@@ -7,13 +7,13 @@
 
 namespace ballot {
 
-Dyadic::Dyadic(float x) {
+Dyadic::Dyadic(double x) {
   if (x == 0) return;
   int exponent = 0;
-  const auto scaled = static_cast<std::int32_t>(std::ldexp(std::frexp(x, &exponent), 24));  // |scaled| < 2^24: exact
-  const int zeros = std::countr_zero(static_cast<std::uint32_t>(scaled));
-  m_ = scaled / (std::int32_t{1} << zeros);
-  e_ = exponent - 24 + zeros;
+  const auto scaled = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));  // |scaled| < 2^53: exact
+  const int zeros = std::countr_zero(static_cast<std::uint64_t>(scaled));
+  m_ = scaled / (std::int64_t{1} << zeros);
+  e_ = exponent - 53 + zeros;
 }
 
 Dyadic Dyadic::sum(const Dyadic& a, const Dyadic& b, int sign_of_b) {
@@ -59,7 +59,7 @@ Dyadic square_root(const Dyadic& a) {
   return {sqrt(Dyadic::Integer(a.m_ << static_cast<unsigned>(shift))), (a.e_ - shift) / 2};
 }
 
-DyadicVec difference(const glm::vec3& a, const glm::vec3& b) {
+DyadicVec difference(const glm::dvec3& a, const glm::dvec3& b) {
   return {Dyadic(a.x) - Dyadic(b.x), Dyadic(a.y) - Dyadic(b.y), Dyadic(a.z) - Dyadic(b.z)};
 }
 

@@ -1,5 +1,5 @@
-// Exact arithmetic on dyadic rationals, m * 2^e with integers m and e. Sums and products of float32 numbers are such
-// numbers.
+// Exact arithmetic on dyadic rationals, m * 2^e with integers m and e. Sums and products of floating-point numbers are
+// such numbers.
 #pragma once
 
 #include <array>
@@ -12,11 +12,12 @@ namespace ballot {
 /// An exact number m * 2^e. Every float32 is a multiple of 2^-149 below 2^128. So a polynomial of degree k in float32
 /// numbers is a multiple of 2^-149k below c * 2^128k, where c counts its terms. At degree 10 (two distances from
 /// planes) that is 2770 bits and those of c, at degree 32, the highest in use (two round cones), 8864. Nearly all
-/// numbers fit the 512 bits that are kept in place; longer ones lie on the heap.
+/// numbers fit the 512 bits that are kept in place; longer ones lie on the heap, as more of
+/// those do that come of doubles.
 class Dyadic {
  public:
   Dyadic() = default;
-  explicit Dyadic(float x);  // x must be finite
+  explicit Dyadic(double x);  // x must be finite
 
   friend Dyadic operator+(const Dyadic& a, const Dyadic& b);
   friend Dyadic operator-(const Dyadic& a, const Dyadic& b);
@@ -51,7 +52,7 @@ Dyadic square_root(const Dyadic& a);
 
 /// An exact vector.
 using DyadicVec = std::array<Dyadic, 3>;
-DyadicVec difference(const glm::vec3& a, const glm::vec3& b);  // a - b, which must be finite
+DyadicVec difference(const glm::dvec3& a, const glm::dvec3& b);  // a - b, which must be finite
 DyadicVec cross(const DyadicVec& a, const DyadicVec& b);
 Dyadic dot(const DyadicVec& a, const DyadicVec& b);
 

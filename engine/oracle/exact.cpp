@@ -29,7 +29,7 @@ ExactHit as_hit(const ExactSight& sight, std::uint32_t prim) {
 // A triangle that the ray may hit. Its exact numbers are computed on first use.
 class HitCandidate {
  public:
-  HitCandidate(const Ray& ray, const Triangle& triangle, std::uint32_t prim)
+  HitCandidate(const RayInDouble& ray, const Triangle& triangle, std::uint32_t prim)
       : ray_(&ray), triangle_(triangle), prim_(prim) {}
 
   const ExactSight& exact() {
@@ -48,7 +48,7 @@ class HitCandidate {
   void set_t(const Interval& t) { t_ = t; }
 
  private:
-  const Ray* ray_;
+  const RayInDouble* ray_;
   Triangle triangle_;
   std::uint32_t prim_;
   Interval t_{-kInfinity, kInfinity};
@@ -63,7 +63,7 @@ class Search {
   Search(const PairTree& bvh, std::span<const std::uint32_t> lost, ExactCounts& counts)
       : bvh_(bvh), lost_(lost), walker_(bvh), counts_(counts) {}
 
-  ExactHit nearest(const Ray& ray, std::span<const Triangle> triangles) {
+  ExactHit nearest(const RayInDouble& ray, std::span<const Triangle> triangles) {
     if (is_dead(ray)) return {};
     const FilterRay filter(ray);
     best_.reset();
@@ -78,7 +78,7 @@ class Search {
   }
 
  private:
-  void test(const Ray& ray, const FilterRay& filter, const Triangle& triangle, std::uint32_t prim) {
+  void test(const RayInDouble& ray, const FilterRay& filter, const Triangle& triangle, std::uint32_t prim) {
     ++counts_.triangle_tests;
     const FilterSight sight(filter, triangle);
     const Sure line = sight.hits_line();

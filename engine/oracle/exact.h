@@ -6,8 +6,8 @@
 // are two-sided. A ray in the plane of a triangle misses it. A degenerate triangle is never hit. A dead ray (is_dead)
 // misses everything. The nearest hit is that of the smallest exact t, and of the smallest prim among exactly equal t.
 // Shapes other than triangles: shape_sight.h.
-// Instances are hit as their object-space rays hit their meshes; of their nearest hits that of the smallest t in double
-// precision counts, at equal t that of the first instance.
+// Instances are hit as their object-space rays, of float32 or of OracleScene::in_double(), hit their meshes; of their
+// nearest hits that of the smallest t in double precision counts, at equal t that of the first instance.
 //
 // Method. A conservative traversal finds candidates (walker.h). A floating-point filter with a proved error bound
 // decides most of them (filter.h). Integers decide the others (predicates.h, dyadic.h). The filter

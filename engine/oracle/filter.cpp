@@ -7,7 +7,8 @@
 // and 2^390. t is a quotient of two such numbers: below 2^840 and, if it is not 0, above 2^-840. Error bounds are
 // products of such values and 2^-49. Where t times the error of det overflows, t_bounds is unbounded. Where it
 // underflows, the error of depth absorbs it, which is above 2^-497 if it is not 0. (If the error of depth is 0, then p0
-// and t are 0 too, and the interval [0, 0] is right.)
+// and t are 0 too, and the interval [0, 0] is right.) Rays of instances in double are sums of products of float32
+// numbers: multiples of 2^-298 below 2^258. So values are 0 or between 2^-894 and 2^777 for these.
 //
 // Sides. Let m be the largest |p_ik| and s = |dx| + |dy| + |dz|. p is off by u m. A product of two components is off by
 // 3 u m^2 (two factors, one rounding). A component of a cross product is a difference of two products and at most
@@ -60,7 +61,7 @@ double subtract(const glm::vec3& a, const double* b, double* out) {
 
 }  // namespace
 
-FilterRay::FilterRay(const Ray& ray) : length(0), t_min(ray.t_min), t_max(ray.t_max) {
+FilterRay::FilterRay(const RayInDouble& ray) : length(0), t_min(ray.t_min), t_max(ray.t_max) {
   for (int k = 0; k < 3; ++k) {
     o[k] = ray.origin[k];
     d[k] = ray.dir[k];

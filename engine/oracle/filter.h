@@ -3,13 +3,14 @@
 #pragma once
 
 #include "engine/core/geometry.h"
-#include "shaders/shared/layout.h"
+#include "engine/model/recentring.h"
 
 namespace ballot {
 
 /// A ray that is not dead, in double precision.
 struct FilterRay {
-  explicit FilterRay(const Ray& ray);
+  explicit FilterRay(const RayInDouble& ray);
+  explicit FilterRay(const Ray& ray) : FilterRay(in_double(ray)) {}
   double o[3], d[3], inverse_d[3];  // inverse_d is 0 where d is 0
   double length;                    // |dx| + |dy| + |dz|
   double t_min, t_max;

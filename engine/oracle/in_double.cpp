@@ -146,14 +146,6 @@ SightInDouble sight_in_double(const RayInDouble& ray, const CornersInDouble& cor
   return see(TurnedRay(ray), corners);
 }
 
-bool is_dead(const RayInDouble& ray) {
-  const Ray rounded{glm::vec3(ray.origin), float(ray.t_min), glm::vec3(ray.dir), float(ray.t_max)};
-  const auto finite = [](const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); };
-  return !finite(rounded.origin) || !finite(rounded.dir) || !std::isfinite(rounded.t_min) ||
-         !std::isfinite(rounded.t_max) || !(ray.t_max > ray.t_min) ||
-         !(largest_number(glm::dvec3(rounded.dir)) >= 0x1p-126);
-}
-
 OracleInDouble::OracleInDouble(const PairTree& tree, std::span<const Triangle> triangles,
                                std::span<const CornersInDouble> corners)
     : tree_(tree), triangles_(triangles), corners_(corners) {

@@ -27,10 +27,6 @@ struct SightInDouble {
 /// The ray must not be dead.
 SightInDouble sight_in_double(const RayInDouble& ray, const CornersInDouble& corners);
 
-/// Returns true for a ray that misses everything: with a number that float32 cannot hold, without a direction, or with
-/// t_max <= t_min.
-bool is_dead(const RayInDouble& ray);
-
 struct CrossingInDouble {
   double t = 0;
   std::uint32_t prim = NO_HIT;

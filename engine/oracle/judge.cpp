@@ -229,11 +229,6 @@ Opinion judge_hit(const PairTree& bvh, const RayFrame& ray, const Hit& answer, s
   return {surely_nearer(bvh, ray, before) ? Verdict::WrongPrim : Verdict::Tie};
 }
 
-// The rays of instances are those of float32, as those of mode double are not.
-Arithmetic judged_among(const OracleScene& scene, Arithmetic arithmetic) {
-  return scene.forest() && arithmetic == Arithmetic::WoopInDouble ? Arithmetic::Woop : arithmetic;
-}
-
 // Judges an answer about a mesh. `answer` and `truth` have the mesh's own numbers.
 Opinion judge_in(const OracleScene& scene, const PlacedMesh& mesh, const Hit& answer, const OracleHit& truth, Want want,
                  Arithmetic arithmetic) {
@@ -292,10 +287,11 @@ Opinion judge_among(const OracleScene& scene, const Ray& ray, const Hit& answer,
     add(*named, given);
     if (is_error(opinion.verdict) || want == Want::Any) return opinion;
     before = double(given.t) - allowance_in(*named, scene.leaf_texel_of(named->mesh, given.prim), arithmetic).t;
+    if (arithmetic == Arithmetic::WoopInDouble) before -= ulp(given.t);  // it was rounded to float32
   }
   scene.for_each(ray, [&](PlacedMesh mesh) {
     if (is_error(opinion.verdict) || (named && mesh.first == named->first)) return;
-    if (named) mesh.ray.t_max = float(before);
+    if (named) mesh.ray.t_max = before;
     add(mesh, kMiss);
     if (opinion.verdict == Verdict::FalseMiss && named) opinion.verdict = Verdict::WrongPrim;
   });
@@ -305,8 +301,8 @@ Opinion judge_among(const OracleScene& scene, const Ray& ray, const Hit& answer,
 // Judges an answer about a scene.
 Opinion judge_one(const OracleScene& scene, const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                   Arithmetic arithmetic) {
-  if (scene.forest()) return judge_among(scene, ray, answer, want, judged_among(scene, arithmetic));
-  return judge_in(scene, {*scene.trees()[0], {}, ray}, answer, truth, want, arithmetic);
+  if (scene.forest()) return judge_among(scene, ray, answer, want, arithmetic);
+  return judge_in(scene, {*scene.trees()[0], {}, in_double(ray)}, answer, truth, want, arithmetic);
 }
 
 const char* name_of(Verdict verdict) {
@@ -348,25 +344,26 @@ Allowance Oracle::allowance(const Ray& ray, std::uint32_t prim, Arithmetic arith
   std::uint32_t texel = NO_HIT;
   std::optional<PlacedMesh> mesh;
   if (scene_.may_have(prim)) {
-    mesh.emplace(scene_.mesh_of(ray, prim));
+    mesh.emplace(scene_for(arithmetic).mesh_of(ray, prim));
     texel = scene_.leaf_texel_of(mesh->mesh, prim - mesh->first);
   }
   if (texel == NO_HIT) fail(Failure::Arguments, "oracle: no leaf of the hierarchy holds prim {}", prim);
-  Allowance allowed = allowance_in(*mesh, texel, judged_among(scene_, arithmetic));
+  Allowance allowed = allowance_in(*mesh, texel, arithmetic);
   allowed.t *= mesh->scale;
   return allowed;
 }
 
 Verdict Oracle::judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                       Arithmetic arithmetic) const {
-  return judge_one(scene_, ray, answer, truth, want, arithmetic).verdict;
+  return judge_one(scene_for(arithmetic), ray, answer, truth, want, arithmetic).verdict;
 }
 
 Verdict Oracle::judge_values(const Ray& ray, const Hit& answer, const OracleHit& own, Want want,
                              Arithmetic arithmetic) const {
-  const PlacedMesh mesh = scene_.mesh_of(ray, answer.prim);
+  const OracleScene& scene = scene_for(arithmetic);
+  const PlacedMesh mesh = scene.mesh_of(ray, answer.prim);
   const OracleHit truth{own.t / mesh.scale, own.prim - mesh.first, own.u, own.v};
-  return judge_in(scene_, mesh, in_mesh(mesh, answer), truth, want, judged_among(scene_, arithmetic)).verdict;
+  return judge_in(scene, mesh, in_mesh(mesh, answer), truth, want, arithmetic).verdict;
 }
 
 Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth,
@@ -374,11 +371,12 @@ Judgement Oracle::judge(std::span<const Ray> rays, std::span<const Hit> answers,
   if (rays.size() != answers.size() || rays.size() != truth.size())
     fail(Failure::Arguments, "oracle: {} rays, {} answers and {} truths; their numbers must agree", rays.size(),
          answers.size(), truth.size());
+  const OracleScene& scene = scene_for(arithmetic);
   std::vector<Opinion> opinions(rays.size());
-  for_chunks(rays.size(), scene_.forest() ? kRaysOfInstances : kRaysPerJudgeChunk,
+  for_chunks(rays.size(), scene.forest() ? kRaysOfInstances : kRaysPerJudgeChunk,
              [&](std::size_t begin, std::size_t end) {
                for (std::size_t i = begin; i < end; ++i)
-                 opinions[i] = judge_one(scene_, rays[i], answers[i], truth[i], want, arithmetic);
+                 opinions[i] = judge_one(scene, rays[i], answers[i], truth[i], want, arithmetic);
              });
   Judgement sum;
   for (std::size_t i = 0; i < opinions.size(); ++i) {

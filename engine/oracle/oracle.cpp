@@ -37,6 +37,12 @@ bool is_dead(const Ray& ray) {
   return longest < std::numeric_limits<float>::min() || ray.t_max <= ray.t_min;
 }
 
+bool is_dead(const RayInDouble& ray) {
+  const Ray single{glm::vec3(ray.origin), float(ray.t_min), glm::vec3(ray.dir), float(ray.t_max)};
+  if (!std::isfinite(single.t_min) || !std::isfinite(single.t_max) || ray.t_max <= ray.t_min) return true;
+  return is_dead(Ray{single.origin, 0, single.dir, 1});
+}
+
 bool is_beyond_range(const Ray& ray, const Bounds& bounds, Arithmetic arithmetic) {
   if (is_dead(ray)) {
     const float longest = std::max({std::abs(ray.dir.x), std::abs(ray.dir.y), std::abs(ray.dir.z)});
@@ -57,7 +63,7 @@ bool is_beyond_range(const Ray& ray, const Bounds& bounds, Arithmetic arithmetic
 
 // The pad covers the float32 rounding that the judge allows for (judge.cpp: 16 roundings of 2^-24 of the distance to a
 // vertex) and the rounding of the origin. So no candidate close to a decision is culled.
-RayFrame::RayFrame(const Ray& ray, const Bounds& bounds) : t_min(ray.t_min), t_max(ray.t_max) {
+RayFrame::RayFrame(const RayInDouble& ray, const Bounds& bounds) : t_min(ray.t_min), t_max(ray.t_max) {
   double reach = 0;
   for (int k = 0; k < 3; ++k) {
     o[k] = ray.origin[k];

@@ -34,12 +34,13 @@ struct Allowance {
   double t;        // error bound of t
 };
 
-/// The double precision oracle of a scene. The rays of instances are those of float32. Thread-safe.
+/// The double precision oracle of a scene. Thread-safe.
 class Oracle {
  public:
-  explicit Oracle(OracleScene scene) : scene_(std::move(scene)) {}
+  explicit Oracle(OracleScene scene) : scene_(std::move(scene)), moved_in_double_(scene_.in_double()) {}
 
   /// Returns the nearest hit: the smallest t in [t_min, t_max], and among equal t the smallest prim. Dead rays miss.
+  /// The rays of instances are those of float32.
   OracleHit nearest(const Ray& ray) const;
   std::vector<OracleHit> nearest(std::span<const Ray> rays) const;  // in parallel
 
@@ -50,6 +51,7 @@ class Oracle {
   /// parallel and throws Error(Arguments) if the sizes differ.
   /// Among instances an answer that names one is right if it is right for that instance alone, and if no other one has
   /// a hit that is nearer by more than the answer's own rounding error. A miss is right if it is for every instance.
+  /// Their rays are those of OracleScene::in_double() for WoopInDouble.
   Verdict judge(const Ray& ray, const Hit& answer, const OracleHit& truth, Want want,
                 Arithmetic arithmetic = Arithmetic::Woop) const;
   Judgement judge(std::span<const Ray> rays, std::span<const Hit> answers, std::span<const OracleHit> truth, Want want,
@@ -65,7 +67,11 @@ class Oracle {
   const OracleScene& scene() const { return scene_; }
 
  private:
-  OracleScene scene_;
+  const OracleScene& scene_for(Arithmetic arithmetic) const {
+    return arithmetic == Arithmetic::WoopInDouble ? moved_in_double_ : scene_;
+  }
+
+  OracleScene scene_, moved_in_double_;
 };
 
 /// The farthest from a scene that a ray may start, in diagonals of the scene's bounds, for the promises of the numeric
@@ -81,5 +87,7 @@ bool is_beyond_range(const Ray& ray, const Bounds& bounds, Arithmetic arithmetic
 /// True if the ray is dead (shaders/shared/layout.h): t_max <= t_min, a component is NaN or infinite, or the direction
 /// is zero or denormal.
 bool is_dead(const Ray& ray);
+/// The same in double: float32 cannot hold a number, the direction is zero or denormal there, or t_max <= t_min.
+bool is_dead(const RayInDouble& ray);
 
 }  // namespace ballot

@@ -165,6 +165,12 @@ OracleScene::OracleScene(const Forest& forest)
   boxes_ = std::make_shared<const Boxes>(forest, trees_);
 }
 
+OracleScene OracleScene::in_double() const {
+  OracleScene same = *this;
+  same.moves_in_double_ = true;
+  return same;
+}
+
 std::vector<std::uint32_t> OracleScene::met(const Ray& ray) const {
   std::vector<std::uint32_t> found;
   const WorldRay world(ray, boxes_->slack);
@@ -200,9 +206,15 @@ void OracleScene::for_each_near(const glm::dvec3& point, const double& far, cons
 
 PlacedMesh OracleScene::placed(const Instance& i, const Ray& ray) const {
   const MeshTree& mesh = forest_->meshes()[i.mesh];
-  return {
-      *trees_[i.mesh], mesh.triangles, object_ray(ray, i.map), double(direction_scale(ray)), i.mesh, i.first, i.mirrors,
-      mesh.kind,       mesh.shapes};
+  return {*trees_[i.mesh],
+          mesh.triangles,
+          moves_in_double_ ? object_ray_in_double(ray, i.map) : ballot::in_double(object_ray(ray, i.map)),
+          double(direction_scale(ray)),
+          i.mesh,
+          i.first,
+          i.mirrors,
+          mesh.kind,
+          mesh.shapes};
 }
 
 OracleScene::Place OracleScene::place_of(std::uint32_t prim) const {
@@ -212,7 +224,7 @@ OracleScene::Place OracleScene::place_of(std::uint32_t prim) const {
 }
 
 PlacedMesh OracleScene::mesh_of(const Ray& ray, std::uint32_t prim) const {
-  if (!forest_) return {*trees_[0], triangles_, ray};
+  if (!forest_) return {*trees_[0], triangles_, ballot::in_double(ray)};
   return placed(forest_->instances()[forest_->place_of(prim).instance], ray);
 }
 

@@ -10,7 +10,6 @@
 
 #include "engine/tree/formats/pair.h"
 #include "engine/tree/host/moved_corners.h"
-#include "shaders/shared/layout.h"
 
 namespace ballot {
 
@@ -26,7 +25,7 @@ struct OracleHit {
 struct PlacedMesh {
   const PairTree& tree;
   std::span<const Triangle> triangles;  // of the mesh, or none
-  Ray ray;                              // in the mesh's space
+  RayInDouble ray;                      // in the mesh's space: of float32, unless OracleScene::in_double()
   double scale = 1;                     // of t, from this ray's to the given ray's
   std::uint32_t mesh = 0;               // its number
   std::uint32_t first = 0;              // number in the scene of the mesh's first triangle
@@ -45,6 +44,9 @@ class OracleScene {
   /// The same; makes the pair trees of trees that all have their nodes.
   OracleScene(const Forest& forest);
 
+  /// Returns the same scene for rays of mode double, which instances move in double. Keeps the same references.
+  OracleScene in_double() const;
+
   /// Returns the forest, or null if this is a single tree.
   const Forest* forest() const { return forest_; }
   /// Return the trees of all meshes, and the triangles of one; none if a single tree was given without.
@@ -59,7 +61,7 @@ class OracleScene {
   template <class Visit>
   void for_each(const Ray& ray, const Visit& visit) const {
     if (!forest_) {
-      visit(PlacedMesh{*trees_[0], triangles_, ray});
+      visit(PlacedMesh{*trees_[0], triangles_, ballot::in_double(ray)});
       return;
     }
     for (const std::uint32_t i : met(ray)) visit(placed(forest_->instances()[i], ray));
@@ -129,6 +131,7 @@ class OracleScene {
   PlacedMesh placed(const Instance& instance, const Ray& ray) const;
 
   const Forest* forest_ = nullptr;
+  bool moves_in_double_ = false;  // instances do
   std::shared_ptr<const std::vector<PairTree>> made_;
   std::vector<const PairTree*> trees_;
   std::span<const Triangle> triangles_;  // of a single tree

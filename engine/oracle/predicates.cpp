@@ -4,7 +4,7 @@
 
 namespace ballot {
 
-ExactSight::ExactSight(const Ray& ray, const Triangle& triangle) {
+ExactSight::ExactSight(const RayInDouble& ray, const Triangle& triangle) {
   const DyadicVec p[3] = {difference(triangle[0], ray.origin), difference(triangle[1], ray.origin),
                           difference(triangle[2], ray.origin)};
   const DyadicVec d{Dyadic(ray.dir.x), Dyadic(ray.dir.y), Dyadic(ray.dir.z)};
@@ -26,9 +26,9 @@ bool ExactSight::hits_line() const {
   return least * most >= 0 && (least != 0 || most != 0);
 }
 
-bool ExactSight::within(const Ray& ray) const {
+bool ExactSight::within(const RayInDouble& ray) const {
   // The sign of t - bound: sign((t - bound) * det) * sign(det).
-  const auto above = [&](float bound) { return (depth - Dyadic(bound) * det).sign() * det.sign(); };
+  const auto above = [&](double bound) { return (depth - Dyadic(bound) * det).sign() * det.sign(); };
   return above(ray.t_min) >= 0 && above(ray.t_max) <= 0;
 }
 

@@ -4,8 +4,8 @@
 #include <compare>
 
 #include "engine/core/geometry.h"
+#include "engine/model/recentring.h"
 #include "engine/oracle/dyadic.h"
-#include "shaders/shared/layout.h"
 
 namespace ballot {
 
@@ -21,10 +21,12 @@ namespace ballot {
 /// det = 0, so there is no hit. (Signed volumes: Segura, Feito. Algorithms to test ray-triangle intersection.
 /// Comparative study. WSCG 2001.)
 struct ExactSight {
-  ExactSight(const Ray& ray, const Triangle& triangle);
+  ExactSight(const RayInDouble& ray, const Triangle& triangle);
+  ExactSight(const Ray& ray, const Triangle& triangle) : ExactSight(in_double(ray), triangle) {}
 
-  bool hits_line() const;             // the line hits the closed triangle, at any t
-  bool within(const Ray& ray) const;  // t_min <= t <= t_max; det must not be 0
+  bool hits_line() const;                     // the line hits the closed triangle, at any t
+  bool within(const RayInDouble& ray) const;  // t_min <= t <= t_max; det must not be 0
+  bool within(const Ray& ray) const { return within(in_double(ray)); }
   double t() const { return quotient(depth, det); }
   double weight(int vertex) const { return quotient(side[vertex], det); }
 

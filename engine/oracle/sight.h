@@ -13,7 +13,8 @@ namespace ballot {
 
 /// A ray prepared for the tests in double precision.
 struct RayFrame {
-  explicit RayFrame(const Ray& ray, const Bounds& bounds);
+  RayFrame(const RayInDouble& ray, const Bounds& bounds);
+  RayFrame(const Ray& ray, const Bounds& bounds) : RayFrame(in_double(ray), bounds) {}
   double o[3], d[3], inverse_d[3];
   int kx, ky, kz;  // kz: the main axis, along which |d| is largest
   double sx, sy, sz;

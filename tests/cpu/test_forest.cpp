@@ -6,7 +6,8 @@
 #include <glm/common.hpp>
 
 #include "engine/core/error.h"
-#include "engine/oracle/oracle.h"
+#include "engine/oracle/errors.h"
+#include "engine/oracle/in_double.h"
 #include "engine/tree/host/forest.h"
 #include "tests/cpu/shapes.h"
 
@@ -157,6 +158,43 @@ TEST(Forest, OracleFindsWhatTheFlatSceneHolds) {
     EXPECT_EQ(two.judge(ray, {INFINITY, NO_HIT, 0, 0}, b, Want::Nearest), Verdict::FalseMiss);
   }
   EXPECT_GT(hits, 300);
+}
+
+// The exact hits of rays that instances move in double, as arithmetic in double has them.
+TEST(Forest, OraclesMoveRaysInDoubleForModeDouble) {
+  Transform t;
+  t.m[0][0] = 0.6f, t.m[0][1] = -0.8f, t.m[1][0] = 0.8f, t.m[1][1] = 0.6f, t.m[2][2] = 0.7f, t.m[0][3] = 2;
+  const std::vector<Placement> placements{{0, t}, {0, diagonal(0.9f, -1.1f, 1.3f)}};
+  const Forest forest = forest_of({shapes::sphere(3)}, placements);
+  const std::span<const Triangle> own = forest.meshes()[0].triangles;
+  const PairTree tree = encode_pairs(*forest.meshes()[0].bvh, own, NodeLayout::Interleaved);
+  const OracleInDouble mesh(tree, own, {});
+  const Oracle bound(forest);
+  const ExactOracle exact(bound.scene().in_double());
+  const std::vector<Ray> rays = shapes::random_rays(3000);
+  std::vector<Hit> answers, single;
+  for (const Ray& ray : rays) {
+    OracleHit best;
+    for (const Instance& i : forest.instances()) {
+      OracleHit hit = mesh.nearest(object_ray_in_double(ray, i.map));
+      hit.t *= direction_scale(ray), hit.prim += hit.prim == NO_HIT ? 0 : i.first;
+      if (hit.prim != NO_HIT && (best.prim == NO_HIT || hit.t < best.t)) best = hit;
+    }
+    const OracleHit rough = bound.nearest(ray);
+    const auto written = [](const OracleHit& h) {
+      return Hit{h.prim == NO_HIT ? INFINITY : float(h.t), h.prim, float(h.u), float(h.v)};
+    };
+    answers.push_back(written(best)), single.push_back(written(rough));
+  }
+  const std::vector<ExactHit> truth = exact.nearest(rays);
+  const ErrorFigures right =
+      error_figures(exact, bound, rays, answers, truth, Want::Nearest, Arithmetic::WoopInDouble, 1);
+  EXPECT_EQ(right.errors(), 0u) << in_words(right.cases[0]);
+  EXPECT_LE(right.t_ulp.max, 0.51);
+  EXPECT_EQ(bound.judge(rays, answers, truth, Want::Nearest, Arithmetic::WoopInDouble).errors(), 0u);
+  // The bound is that of float64: rays that were rounded to float32 on the way leave it.
+  EXPECT_GT(bound.judge(rays, single, truth, Want::Nearest, Arithmetic::WoopInDouble).wrong_t, 100u);
+  EXPECT_EQ(bound.judge(rays, single, truth, Want::Nearest, Arithmetic::Woop).errors(), 0u);
 }
 
 /// Expects that each box of a top-level tree is that of what lies below it, and that the slacks grow upwards.

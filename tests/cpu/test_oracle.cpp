@@ -110,7 +110,7 @@ TEST_F(OneTriangle, DeadRaysMiss) {
     EXPECT_EQ(Oracle(device_).nearest(ray).prim, NO_HIT);
     EXPECT_EQ(Oracle(device_).brute_force(ray).prim, NO_HIT);
   }
-  EXPECT_FALSE(is_dead({{0, 0, 0}, -1, {0, 1e-40f, 1e-30f}, 1e38f}));
+  EXPECT_FALSE(is_dead(Ray{{0, 0, 0}, -1, {0, 1e-40f, 1e-30f}, 1e38f}));
 }
 
 TEST(Oracle, AnEmptySceneIsMissed) {

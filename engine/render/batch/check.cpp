@@ -72,6 +72,10 @@ ExactTruth HitChecker::exact_truth(const RayBatch& batch, const Progress& progre
 ErrorFigures HitChecker::judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,
                                const Query& query, std::size_t max_cases) const {
   const Arithmetic as = find_numeric(query.numeric).arithmetic;
+  if (as == Arithmetic::WoopInDouble && exact_.scene().forest()) {
+    const ExactOracle in_double(exact_.scene().in_double());
+    return error_figures(in_double, oracle_, rays, answers, in_double.nearest(rays), query.want, as, max_cases);
+  }
   return error_figures(exact_, oracle_, rays, answers, truth.hits, query.want, as, max_cases);
 }
 

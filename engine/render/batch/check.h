@@ -51,7 +51,8 @@ class HitChecker {
   /// counts as the wrong answer that the pattern is, and in `unwritten`. Describes the first max_cases errors. Throws
   /// as DeviceScene::trace() does, and Error(Arguments) if `truth` is of another number of rays.
   ErrorFigures verify(RayBatch& batch, const ExactTruth& truth, const Query& query, std::size_t max_cases = 8) const;
-  /// Compares given answers to the exact truth, without tracing. Throws Error(Arguments) if the sizes differ.
+  /// Compares given answers to the exact truth, without tracing. Among instances that of mode double is another, which
+  /// is found here. Throws Error(Arguments) if the sizes differ.
   ErrorFigures judge(std::span<const Ray> rays, std::span<const Hit> answers, const ExactTruth& truth,
                      const Query& query, std::size_t max_cases = 8) const;
 

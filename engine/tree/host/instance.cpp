@@ -162,10 +162,16 @@ std::uint32_t direction_exponent(const glm::vec3& dir) {
   return std::min(std::bit_cast<std::uint32_t>(most) >> 23, 253u);
 }
 
-float moved_by(const glm::vec3& row, const glm::vec3& v) {
-  const float x = row.x * v.x, y = row.y * v.y, z = row.z * v.z;
-  const float sum = x + y;
-  return sum + z;
+template <class Vec>
+Vec moved_by(const ObjectMap& map, const Vec& v) {
+  Vec moved;
+  for (int i = 0; i < 3; ++i) {
+    const Vec row(map.row[i]);
+    const auto x = row.x * v.x, y = row.y * v.y, z = row.z * v.z;
+    const auto sum = x + y;
+    moved[i] = sum + z;
+  }
+  return moved;
 }
 
 }  // namespace
@@ -176,10 +182,14 @@ Ray object_ray(const Ray& ray, const ObjectMap& map) {
   const float scale = direction_scale(ray), inverse = std::bit_cast<float>(direction_exponent(ray.dir) << 23);
   const glm::vec3 from = ray.origin - map.translation, dir = ray.dir * scale;
   const auto limited = [&](float t) { return std::clamp(t * inverse, -3.4e38f, 3.4e38f); };
-  return {{moved_by(map.row[0], from), moved_by(map.row[1], from), moved_by(map.row[2], from)},
-          limited(ray.t_min),
-          {moved_by(map.row[0], dir), moved_by(map.row[1], dir), moved_by(map.row[2], dir)},
-          limited(ray.t_max)};
+  return {moved_by(map, from), limited(ray.t_min), moved_by(map, dir), limited(ray.t_max)};
+}
+
+RayInDouble object_ray_in_double(const Ray& ray, const ObjectMap& map) {
+  const double scale = direction_scale(ray), inverse = 1 / scale;
+  const auto limited = [&](float t) { return std::clamp(t * inverse, -3.4e38, 3.4e38); };
+  const glm::dvec3 from = glm::dvec3(ray.origin) - glm::dvec3(map.translation), dir = glm::dvec3(ray.dir) * scale;
+  return {moved_by(map, from), limited(ray.t_min), moved_by(map, dir), limited(ray.t_max)};
 }
 
 MeshExtents extents_of(const Bvh& bvh, std::span<const Triangle> triangles) {

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "engine/model/placement.h"
+#include "engine/model/recentring.h"
 #include "engine/tree/host/bvh.h"
 
 namespace ballot {
@@ -27,6 +28,8 @@ float direction_scale(const Ray& ray);
 /// multiples of the given direction times direction_scale(). Every operation is rounded to float32 in a fixed order
 /// (shaders/lib/tree/instances.glsl), so the device's kernels walk the very same ray.
 Ray object_ray(const Ray& ray, const ObjectMap& map);
+/// The same for mode "double", in double.
+RayInDouble object_ray_in_double(const Ray& ray, const ObjectMap& map);
 
 /// The facts of a mesh that boxes of its instances follow from.
 struct MeshExtents {
