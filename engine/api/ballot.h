@@ -329,16 +329,16 @@ class Scene : public SceneFacts {
   /// Makes the rays of a kind (`ballot methods`: "primary", "shadow", "ao", ...) for a view.
   std::vector<Ray> make_rays(const View& view, const std::string& kind, std::uint32_t width,
                              std::uint32_t height) const {
-    detail::check_size(width, height);
-    auto rays = detail::room_for<Ray>(std::size_t{width} * height);
-    std::size_t count = 0;
-    check(ballot_make_rays(handle_.get(), &view, kind.c_str(), width, height, rays.data(), rays.size(), &count));
-    if (count > rays.size()) {  // kinds with several rays a pixel
-      rays = detail::room_for<Ray>(count);
-      check(ballot_make_rays(handle_.get(), &view, kind.c_str(), width, height, rays.data(), rays.size(), &count));
-    }
-    rays.resize(count);
-    return rays;
+    return detail::made<Ray>(width, height, [&](Ray* rays, std::size_t room, std::size_t* count) {
+      check(ballot_make_rays(handle_.get(), &view, kind.c_str(), width, height, rays, room, count));
+    });
+  }
+  /// The same in double, of scenes with an origin too.
+  std::vector<RayDouble> make_rays_double(const View& view, const std::string& kind, std::uint32_t width,
+                                          std::uint32_t height) const {
+    return detail::made<RayDouble>(width, height, [&](RayDouble* rays, std::size_t room, std::size_t* count) {
+      check(ballot_make_rays_double(handle_.get(), &view, kind.c_str(), width, height, rays->data(), room, count));
+    });
   }
 
   /// Renders a view, 512 x 512 unless the picture says otherwise: width * height * 4 floats, linear Rec.709 and

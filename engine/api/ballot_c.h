@@ -343,9 +343,15 @@ typedef struct BallotView {
 } BallotView;
 
 /* Makes the rays of a ray kind (`ballot methods` lists them: "primary", "shadow", "ao", ...) for a view of width x
- * height pixels: at most `room` rays. Writes their number to *count; room 0 asks for the number alone. */
+ * height pixels: at most `room` rays. Writes their number to *count; room 0 asks for the number alone. Scenes with an
+ * origin (BallotSceneInfo::origin) are refused: take the next one. */
 BALLOT_API BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const char* kind, uint32_t width,
                                          uint32_t height, BallotRay* rays, size_t room, size_t* count);
+/* The same of any scene, in double, each a row of eight: origin, t_min, direction, t_max. They were made in float32
+ * about the scene's origin, which is added: of its distance from zero that is off by 2^-53. */
+BALLOT_API BallotStatus ballot_make_rays_double(BallotScene* scene, const BallotView* view, const char* kind,
+                                                uint32_t width, uint32_t height, double* rays, size_t room,
+                                                size_t* count);
 
 /* What is rendered, and where it goes. */
 typedef struct BallotPicture {

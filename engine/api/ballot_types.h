@@ -40,6 +40,7 @@ using Picture = BallotPicture;              ///< what to render
 using Point = BallotPoint;                  ///< a point on the device, 16 bytes
 using Query = BallotQuery;                  ///< how to answer questions
 using Ray = BallotRay;                      ///< a ray, 32 bytes
+using RayDouble = std::array<double, 8>;    ///< the same in double: origin, t_min, direction, t_max
 using Results = BallotHits;                 ///< where hits go
 using SceneInfo = BallotSceneInfo;          ///< what a scene holds, and its tree
 using SceneOptions = BallotSceneOptions;    ///< how a scene is made

@@ -186,6 +186,21 @@ inline void check_size(std::uint32_t width, std::uint32_t height) {
                                            " pixels; expected 1 to 16384 each");
 }
 
+/// Returns the rays that make(rays, room, count) writes, of a view.
+template <class R, class Make>
+std::vector<R> made(std::uint32_t width, std::uint32_t height, const Make& make) {
+  check_size(width, height);
+  auto rays = room_for<R>(std::size_t{width} * height);
+  std::size_t count = 0;
+  make(rays.data(), rays.size(), &count);
+  if (count > rays.size()) {  // kinds with several rays a pixel
+    rays = room_for<R>(count);
+    make(rays.data(), rays.size(), &count);
+  }
+  rays.resize(count);
+  return rays;
+}
+
 /// The record of a type of array on the device.
 template <class T>
 struct RecordOf;

@@ -65,6 +65,28 @@ void use_sky(SceneState& state, DeviceScene& world, const std::string& named) {
   state.sky = named;
 }
 
+/// The rays that a caller asks for.
+struct AskedRays {
+  const BallotView* view;
+  const char* kind;
+  std::uint32_t width, height;
+};
+
+/// Returns the first `room` rays about the origin of the scene. Writes to `count` how many there are. The device is
+/// held.
+std::vector<ballot::Ray> make_rays(SceneState& state, const AskedRays& asked, std::size_t room, std::size_t& count) {
+  keep_fit(state);
+  ballot::DeviceScene& world = *state.world;
+  const auto view = view_of(read_struct(asked.view, "BallotView"), world.scene_facts());
+  const auto& kind = ballot::find_ray_kind(asked.kind ? asked.kind : "primary");
+  const auto batch = world.make_batch(view, kind, asked.width, asked.height);
+  count = batch->count();
+  if (room == 0) return {};
+  std::vector<ballot::Ray> made = batch->rays();
+  made.resize(std::min(room, made.size()));
+  return made;
+}
+
 /// Writes the colour channels, rows from the top.
 void write_rgba(const ballot::Image& image, float* rgba) {
   const char* const kChannels[] = {"R", "G", "B", "A"};
@@ -85,19 +107,28 @@ BallotStatus ballot_make_rays(BallotScene* scene, const BallotView* view, const 
     need(count, "ballot_make_rays", "count");
     if (room) need(rays, "ballot_make_rays", "rays");
     const DeviceUse use(*state->device);
-    keep_fit(*state);
-    ballot::DeviceScene& world = *state->world;
-    if (const glm::dvec3& o = world.scene_facts().origin; o != glm::dvec3(0))
+    if (const glm::dvec3& o = state->world->scene_facts().origin; o != glm::dvec3(0))
       refuse(
-          fmt::format("ballot_make_rays: the scene's numbers are counted from ({}, {}, {}), where float32 rays in the "
-                      "world would lose digits; expected a scene without origin: ask with poses in double",
+          fmt::format("ballot_make_rays: the scene's numbers are counted from ({}, {}, {}), and float32 rays of the "
+                      "world would lose digits; expected ballot_make_rays_double()",
                       o.x, o.y, o.z));
-    const auto v = view_of(read_struct(view, "BallotView"), world.scene_facts());
-    const auto batch = world.make_batch(v, ballot::find_ray_kind(kind ? kind : "primary"), width, height);
-    *count = batch->count();
-    if (room == 0) return;
-    const std::vector<ballot::Ray> made = batch->rays();
-    std::memcpy(static_cast<void*>(rays), made.data(), std::min(room, made.size()) * sizeof(ballot::Ray));
+    const std::vector<ballot::Ray> made = make_rays(*state, {view, kind, width, height}, room, *count);
+    std::memcpy(static_cast<void*>(rays), made.data(), made.size() * sizeof(ballot::Ray));
+  });
+}
+
+BallotStatus ballot_make_rays_double(BallotScene* scene, const BallotView* view, const char* kind, uint32_t width,
+                                     uint32_t height, double* rays, size_t room, size_t* count) {
+  return guarded_use(scene, [&](const std::shared_ptr<SceneState>& state) {
+    need(count, "ballot_make_rays_double", "count");
+    if (room) need(rays, "ballot_make_rays_double", "rays");
+    const DeviceUse use(*state->device);
+    std::size_t i = 0;
+    for (const ballot::Ray& made : make_rays(*state, {view, kind, width, height}, room, *count)) {
+      ballot::RayInDouble ray = ballot::in_double(made);
+      ray.origin += state->world->scene_facts().origin;
+      std::memcpy(rays + 8 * i++, &ray, sizeof ray);
+    }
   });
 }
 

@@ -276,9 +276,38 @@ TEST_F(PlacedDoubles, PosesAndViewsAreOfTheWorld) {
     return scene.render(view, {.width = 32, .height = 32});
   };
   EXPECT_EQ(drawn(far, kUtm), drawn(near, {0, 0, 0}));
+}
+
+// Rays that the device makes are those at zero, moved: so are their hits.
+TEST_F(PlacedDoubles, RaysOfViewsAreOfTheWorld) {
+  const ballot::Scene near(*device_, {terrain_.grid.mesh()}), far = far_scene({.origin = {kUtm[0], kUtm[1], 0}});
+  const auto view = [](const std::array<double, 3>& from) {
+    return ballot::View{.eye = {from[0] + 500, from[1] - 300, 300}, .target = {from[0] + 500, from[1] + 500, 0}};
+  };
+  for (const char* kind : {"primary", "ao"}) {
+    const std::vector<ballot::Ray> at_zero = near.make_rays(view({0, 0, 0}), kind, 32, 32);
+    const std::vector<ballot::RayDouble> rays = far.make_rays_double(view(kUtm), kind, 32, 32);
+    ASSERT_EQ(rays.size(), at_zero.size());
+    std::vector<double> origins, directions, starts, ends;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_NEAR(rays[i][k] - kUtm[k], double(at_zero[i].origin[k]), 1e-9);
+        EXPECT_EQ(rays[i][4 + k], double(at_zero[i].dir[k]));
+        origins.push_back(rays[i][k]), directions.push_back(rays[i][4 + k]);
+      }
+    for (const ballot::RayDouble& ray : rays) starts.push_back(ray[3]), ends.push_back(ray[7]);
+    std::vector<ballot::Hit> found(rays.size()), truth(rays.size());
+    far.trace({.origins = origins, .directions = directions, .t_min = starts, .t_max = ends}, {.hits = found.data()});
+    near.trace(at_zero, {.hits = truth.data()});
+    EXPECT_TRUE(same(found, truth)) << kind;
+    EXPECT_GT(std::ranges::count_if(truth, [](const ballot::Hit& h) { return h.prim != ballot::kMiss; }), 20);
+  }
+  EXPECT_EQ(near.make_rays_double(view({0, 0, 0}), "primary", 8, 8)[5][4],
+            double(near.make_rays(view({0, 0, 0}), "primary", 8, 8)[5].dir[0]));
   std::string text;
   EXPECT_EQ(code_of([&] { far.make_rays({}, "primary", 4, 4); }, &text), BALLOT_ERROR_ARGUMENT);
   EXPECT_NE(text.find("(500000, 5000000, 0)"), std::string::npos) << text;
+  EXPECT_NE(text.find("ballot_make_rays_double()"), std::string::npos) << text;
 }
 
 TEST_F(PlacedDoubles, BadInput) {

@@ -164,14 +164,16 @@ class Scene(Edits, Answers, Sums):
         return self._handle.triangles()
 
     def make_rays(self, view: Any = None, kind: str = "primary", width: int = 512, height: int = 512) -> np.ndarray:
-        """Returns the rays of a kind for a view: (n, 8) float32, in the order that suits the device (tiles of pixels).
+        """Returns the rays of a kind for a view: (n, 8) float32, float64 if the scene has an origin (info.origin), in
+        the order that suits the device (tiles of pixels).
 
         view   None: the scene's first; a name; or a dict of eye and target, (3,), and perhaps up, yfov (full vertical
                angle in radians) and ymag (orthographic: half the height)
         kind   "primary", "shadow", "ao", ...: `ballot methods` lists them; each is made from primary hits
         """
         w, h = _query.integer(width, "width", 1, 16384), _query.integer(height, "height", 1, 16384)
-        return self._handle.make_rays(_query.view(view), _query.text(kind, "kind"), w, h)
+        make = self._handle.make_rays_double if any(self.info.origin) else self._handle.make_rays
+        return make(_query.view(view), _query.text(kind, "kind"), w, h)
 
     def __repr__(self) -> str:
         if self.closed:

@@ -28,6 +28,15 @@ auto make_rays(const SceneObject& self, const ViewTuple& view, const std::string
   return array_of(std::move(rays), {count, 8});
 }
 
+auto make_rays_double(const SceneObject& self, const ViewTuple& view, const std::string& kind, std::uint32_t width,
+                      std::uint32_t height) {
+  std::vector<RayDouble> rays = watched(self.use(), nb::none(), [=](const Scene& s, Watch&) {
+    return s.make_rays_double(view_of(view), kind, width, height);
+  });
+  const std::size_t count = rays.size();
+  return array_of(std::move(rays), {count, 8});
+}
+
 /// (width, height, samples, shading, sky, bounces, seed)
 using PictureTuple =
     std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::string, std::string, std::int32_t, std::uint32_t>;
@@ -52,6 +61,7 @@ auto render(const SceneObject& self, const ViewTuple& view, const PictureTuple& 
 
 void bind_pictures(nb::class_<SceneObject>& scene) {
   scene.def("make_rays", &make_rays);
+  scene.def("make_rays_double", &make_rays_double);
   scene.def("render", &render, nb::arg("view"), nb::arg("picture"), nb::arg("options"), nb::arg("progress").none());
 }
 

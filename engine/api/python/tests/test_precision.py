@@ -44,6 +44,15 @@ class Precision(unittest.TestCase):
                 call()
             self.assertEqual(caught.filename, __file__)  # the line of the caller
 
+    def test_rays_of_views_are_of_the_world(self):
+        near, far = (ballot.Scene(v, ref.CUBE_TRIANGLES) for v in (ref.CUBE_VERTICES, ref.CUBE_VERTICES + PLACE))
+        for kind in ("primary", "ao"):
+            rays = far.make_rays({"eye": PLACE + (0.5, 0.25, 5), "target": PLACE}, kind, 16, 16)
+            at_zero = near.make_rays({"eye": (0.5, 0.25, 5), "target": (0, 0, 0)}, kind, 16, 16)
+            self.assertEqual((rays.dtype, at_zero.dtype), (np.float64, np.float32))
+            self.assertEqual(far.trace(rays)["prim"].tolist(), near.trace(at_zero)["prim"].tolist())
+            self.assertLess(abs(rays[:, :3] - PLACE - at_zero[:, :3]).max(), 1e-6)
+
     def test_every_door_counts_from_an_origin(self):
         cube, faces = ref.CUBE_VERTICES, ref.CUBE_TRIANGLES
         mesh = types.SimpleNamespace(vertices=INEXACT, faces=faces)
