@@ -3,13 +3,19 @@
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
 #include "api.h"
 
 namespace terrain {
 
 constexpr std::array<double, 3> kUtm{5e5, 5e6, 0};  // UTM metres
-constexpr std::size_t kRays = 4000;
+/// BALLOT_TERRAIN_RAYS asks for more, and for a finer terrain, of 180 000 triangles.
+inline const std::size_t kRays = [] {
+  const char* given = std::getenv("BALLOT_TERRAIN_RAYS");
+  return given ? std::size_t(std::strtoull(given, nullptr, 10)) : std::size_t{4000};
+}();
+inline const std::uint32_t kSide = kRays > 4000 ? 300 : 100;
 
 inline std::vector<double> moved(std::span<const float> vectors, const std::array<double, 3>& by) {
   std::vector<double> all(vectors.begin(), vectors.end());
@@ -19,7 +25,7 @@ inline std::vector<double> moved(std::span<const float> vectors, const std::arra
 
 /// A terrain of 1000 metres, with coordinates in 64ths.
 struct Terrain {
-  Grid grid{100};
+  Grid grid{kSide};
   Terrain() {
     for (std::size_t i = 0; i < grid.positions.size(); i += 3) {
       float* p = &grid.positions[i];
