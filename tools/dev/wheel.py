@@ -19,7 +19,7 @@ from dev.packages import owners_of, private_apt
 FOLDER = ROOT / "build" / "wheel"
 PACKAGE = ROOT / "engine" / "api" / "python"
 PLATFORM, MOST_GLIBC, MOST_BYTES = "manylinux_2_35_x86_64", 35, 25 << 20
-SOURCES = "deb-src http://deb.debian.org/debian bookworm main\n"
+SOURCES = "deb-src http://deb.debian.org/debian {} main\n"  # of a release
 EMBREE = {  # its builder alone, for any CPU, as Debian compiles it; its threads are its own, so that TBB is not needed
     "EMBREE_STATIC_LIB": "ON", "EMBREE_TASKING_SYSTEM": "INTERNAL", "EMBREE_MAX_ISA": "SSE2", "EMBREE_TUTORIALS": "OFF",
     "EMBREE_ISPC_SUPPORT": "OFF", "EMBREE_RAY_MASK": "OFF", "EMBREE_FILTER_FUNCTION": "OFF",
@@ -45,18 +45,35 @@ def tools() -> Path:
     return folder
 
 
+def source_of(package: str, release: str, folder: Path) -> Path:
+    """Returns the unpacked source of a package of Debian, without Debian's patches, in a folder."""
+    apt = private_apt(folder, SOURCES.format(release))
+    run(*apt, "source", "--download-only", "--tar-only", package, cwd=folder, capture_output=True)
+    (archive,) = folder.glob(f"{package}_*.orig.tar.*")
+    source = folder / "source"
+    shutil.rmtree(source, ignore_errors=True)
+    source.mkdir()
+    run("tar", "-xf", archive, "-C", source, "--strip-components=1")
+    return source
+
+
+def newer_python(jobs: int) -> Path:
+    """Returns a Python newer than 3.11, which Debian 12 lacks: that of Debian 13, compiled if it is not there."""
+    prefix = FOLDER / "cpython" / "prefix"
+    if not (prefix / "bin" / "python3").exists():
+        source = source_of("python3.13", "trixie", FOLDER / "cpython")
+        run("./configure", "--quiet", f"--prefix={prefix}", "--disable-test-modules", cwd=source, capture_output=True)
+        run("make", "--silent", f"--jobs={jobs}", cwd=source, capture_output=True)
+        run("make", "--silent", "install", cwd=source, capture_output=True)
+    return prefix / "bin" / "python3"
+
+
 def embree(jobs: int) -> Path:
     """Returns a prefix with a static Embree that has the builder alone, which is made if it is not there."""
     prefix = FOLDER / "embree" / "prefix"
     if (prefix / "lib" / "libembree3.a").is_file():
         return prefix
-    apt = private_apt(FOLDER / "embree", SOURCES)
-    run(*apt, "source", "--download-only", "--tar-only", "embree", cwd=FOLDER / "embree", capture_output=True)
-    (archive,) = (FOLDER / "embree").glob("embree_*.orig.tar.*")
-    source = FOLDER / "embree" / "source"
-    shutil.rmtree(source, ignore_errors=True)
-    source.mkdir()
-    run("tar", "-xf", archive, "-C", source, "--strip-components=1")
+    source = source_of("embree", "bookworm", FOLDER / "embree")
     (source / "readme.pdf").touch()  # which Debian leaves out, and its installation expects
     run("cmake", "-S", source, "-B", source / "build", "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
         "-DCMAKE_POSITION_INDEPENDENT_CODE=ON", f"-DCMAKE_INSTALL_PREFIX={prefix}", "-DCMAKE_INSTALL_LIBDIR=lib",
@@ -75,9 +92,9 @@ def library(jobs: int) -> Path:
     return folder / "libballot.so"
 
 
-def interpreters(given: list[str]) -> list[str]:
-    """Returns the Pythons to make wheels for: those given, or python3.10, python3.11 and the first newer one in PATH,
-    whose wheel serves all newer ones. Throws Failed."""
+def interpreters(given: list[str], jobs: int) -> list[str]:
+    """Returns the Pythons to make wheels for: those given, or python3.10 and python3.11 as far as they are in PATH and
+    a newer one, whose wheel serves all newer ones. Throws Failed."""
     works = 'import sys, ensurepip; print("3.%d" % min(sys.version_info[1], 12))'
     found: dict[str, str] = {}
     for word in given or [f"python3.{minor}" for minor in range(10, 20)]:
@@ -89,8 +106,8 @@ def interpreters(given: list[str]) -> list[str]:
             found.setdefault(done.stdout.strip(), word)
         elif given:
             raise Failed(f"{word} does not run, or lacks ensurepip (Debian: python3-venv)")
-    if not found:
-        raise Failed("no python3.10 or newer is in PATH with ensurepip (Debian: python3-venv); name one")
+    if not given and "3.12" not in found:
+        found["3.12"] = str(newer_python(jobs))
     return list(found.values())
 
 
@@ -169,7 +186,7 @@ def make(pythons: list[str], jobs: int | None, sources: bool) -> list[Path]:
     programs = tools()
     made = [source(programs)]
     if not sources:
-        pythons = interpreters(pythons)
+        pythons = interpreters(pythons, jobs or default_jobs())
         built = library(jobs or default_jobs())
         made += [wheel(python, built, programs) for python in pythons]
     for file in made:
