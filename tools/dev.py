@@ -177,10 +177,11 @@ DIR (out/ballot) gets bin/ballot, the libraries that it needs except glibc and t
 shaders are inside the program. It runs from any folder on x86-64 Linux with glibc 2.36 or newer and a Vulkan loader.
 """),
     "wheel": (wheel, "[PYTHON ...]", "make wheels that hold what they need, and the source package", SETUP + """
-build/wheel/dist gets the source package and a wheel for each PYTHON, or for those of python3.10, python3.11 and one
-newer that are in PATH: that of 3.12 serves all later ones. A wheel runs on x86-64 Linux with glibc 2.35 or newer, the
-C++ run time of GCC 12 or newer, a Vulkan loader and a driver, such as those of the wheel ballot-lavapipe (Mesa of
-bookworm-backports), which serves where there is no other. Needs PyPI, and the source of Embree from Debian once.
+build/wheel/dist gets the source package and a wheel for each PYTHON, or for those of python3.10 and python3.11 that are
+in PATH and a newer one, whose wheel serves all from 3.12 on: where PATH has none, Python 3.13 is compiled once. A wheel
+runs on x86-64 Linux with glibc 2.35 or newer, the C++ run time of GCC 12 or newer, a Vulkan loader and a driver, such
+as those of the wheel ballot-lavapipe (Mesa of bookworm-backports), which serves where there is no other. Needs PyPI,
+and the sources of Embree and Python from Debian once.
 """),
     "deb": (deb, "", "make Debian packages: library, development, Python, program", SETUP + """
 build/deb/dist gets libballot1, libballot-dev, python3-ballot and ballot for the release of Debian that this runs on,

@@ -25,7 +25,8 @@ mount --rbind /dev "$1/dev"
 mount --bind "$3" "$1/dist"
 mount --bind -o ro "$4" "$1/tree"
 mount --bind "$5" "$1/pypi"
-exec chroot "$1" env -i PATH=/v/bin:/usr/bin:/bin HOME=/root PYTHONDONTWRITEBYTECODE=1 GALLIVM_PERF=nopt \\
+exec chroot "$1" env -i PATH=/v/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/root \\
+  PYTHONDONTWRITEBYTECODE=1 GALLIVM_PERF=nopt DEBIAN_FRONTEND=noninteractive \\
   PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_INDEX=1 PIP_FIND_LINKS="/dist /pypi" sh -ec "$2"
 """
 INSTALL = "rm -rf /v; python3 -m venv /v; pip install -q ballot numpy trimesh meshio; cd /tmp; "
@@ -66,18 +67,32 @@ apt-get -qq -y remove libballot1 ballot
 """
 
 
-def chroot(release: str, name: str, *more: str) -> Path:
-    """Returns a chroot of the release with Python and these packages, which is made if it is not there."""
-    root = FOLDER / f"{release}-{name}"
+def base(release: str) -> Path:
+    """Returns a chroot of the release with Python alone, to copy, which is made if it is not there."""
+    root = FOLDER / f"{release}-base"
     if not root.is_dir():
-        archive = FOLDER / f"{release}-{name}.tar"
-        run("mmdebstrap", "--variant=minbase", *RELEASES[release], f"--include={','.join((*PYTHON, *more))}", release,
-            archive, MIRROR, capture_output=True)  # fmt: skip
+        archive = root.with_suffix(".tar")
+        run("mmdebstrap", "--variant=minbase", *RELEASES[release], f"--include={','.join(PYTHON)}", release, archive,
+            MIRROR, capture_output=True)  # fmt: skip
         new = root.with_suffix(".new")
         shutil.rmtree(new, ignore_errors=True)
         new.mkdir()
         run("tar", "-xf", archive, "-C", new, "--exclude=./dev")
         archive.unlink()
+        new.rename(root)
+    return root
+
+
+def chroot(release: str, name: str, *more: str) -> Path:
+    """Returns a chroot of the release with Python and these packages, which is made if it is not there."""
+    root = FOLDER / f"{release}-{name}"
+    if not root.is_dir():
+        new = root.with_suffix(".new")
+        shutil.rmtree(new, ignore_errors=True)
+        run("cp", "--archive", base(release), new)
+        if more:
+            install = f"apt-get -qq -y --no-install-recommends install {' '.join(more)}"
+            inside(new, f"apt-get -qq update; {install} > /dev/null")
         new.rename(root)
     return root
 
