@@ -44,7 +44,7 @@ def main() -> None:
         for kind in ballot.names()["ray_kinds"]:
             print(f"{name} {kind}: {digest(scene.make_rays(kind=kind, width=64, height=64))}", flush=True)
         print(f"{name} crossings: {digest(scene.count_crossings(rays))}")
-        print(f"{name} nearest: {digest(scene.nearest(rays[:, :3]))}")
+        print(f"{name} nearest: {digest(*scene.nearest(rays[:, :3]).values())}")
         for shading in ("eyelight", "path"):
             print(f"{name} {shading}: {digest(ballot.render(scene, shading=shading, width=64, height=64))}", flush=True)
 

@@ -241,13 +241,26 @@ void bind_answers(nb::module_& m, nb::class_<SceneObject>& scene);
 void bind_arrays(nb::module_& m);
 void bind_kernels(nb::module_& m);
 
+/// The numbers that records are made of.
+template <class T>
+struct NumberOf {
+  using Type = T;
+};
+template <>
+struct NumberOf<Ray> {
+  using Type = float;
+};
+template <>
+struct NumberOf<RayDouble> {
+  using Type = double;
+};
+
 /// Returns an array of NumPy that owns `data`.
 template <class T>
 auto array_of(std::vector<T>&& data, std::initializer_list<std::size_t> shape) {
   auto* kept = new std::vector<T>(std::move(data));
   nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  using Number = std::conditional_t<std::is_same_v<T, Ray>, float, T>;
-  return nb::ndarray<nb::numpy, Number>(kept->data(), shape, owner);
+  return nb::ndarray<nb::numpy, typename NumberOf<T>::Type>(kept->data(), shape, owner);
 }
 
 }  // namespace ballot::python
