@@ -17,7 +17,8 @@
 
 namespace ballot {
 
-namespace {
+// Named, as ClearanceWalk::Walk holds types of it.
+namespace clearance {
 
 constexpr double kWiden = 0x1p-46;
 constexpr std::uint32_t kNoPart = ~0u;
@@ -72,7 +73,9 @@ struct Node {
   Block block;
 };
 
-}  // namespace
+}  // namespace clearance
+
+using namespace clearance;
 
 /// A scene as the walk sees it: the trees of meshes where they are placed, and a tree over these.
 class ClearanceWalk::Side {
@@ -165,7 +168,45 @@ class ClearanceWalk::Side {
   Bvh top_;  // over the parts, if there are several
 };
 
-namespace {
+namespace clearance {
+
+/// A triangle as pairs of them are told apart before their distance is computed.
+struct Facet {
+  Facet(std::uint32_t number, const TriangleInDouble& t) : prim(number), corner(t) {
+    const glm::dvec3 lo = glm::min(glm::min(t[0], t[1]), t[2]), hi = glm::max(glm::max(t[0], t[1]), t[2]);
+    block = {0.5 * (lo + hi), (0.5 * (hi - lo)) * (1 + 0x1p-40)};
+    normal = glm::cross(t[1] - t[0], t[2] - t[0]);
+    length = glm::length(normal);
+  }
+  /// Returns a lower bound of the distance of the other triangle's corners from the plane, if they lie on one side. The
+  /// normal is off by 2^-50 of the product of two edges: the thinner the triangle, the less is known.
+  double plane_gap(const Facet& other) const {
+    double least = std::numeric_limits<double>::infinity(), most = -least, size = 0;
+    for (const glm::dvec3& c : other.corner) {
+      const glm::dvec3 from = c - corner[0];
+      const double height = glm::dot(normal, from);
+      least = std::min(least, height), most = std::max(most, height);
+      size = std::max({size, std::abs(from.x), std::abs(from.y), std::abs(from.z)});
+    }
+    const double gap = std::max(least, -most), off = 0x1p-44 * size * glm::dot(block.half, block.half);
+    return gap > off ? (gap - off) / (length * (1 + 0x1p-40)) : 0;
+  }
+
+  /// Returns a lower bound of the square of the distance of a block.
+  double square_from(const Block& other) const {
+    const glm::dvec3 from = other.middle - corner[0], size = glm::abs(from) + other.half;
+    const double reach = glm::dot(glm::abs(normal), other.half), height = std::abs(glm::dot(normal, from));
+    const double off = 0x1p-44 * (std::max({size.x, size.y, size.z}) * glm::dot(block.half, block.half) + reach);
+    const double gap = height - reach - off, apart = gap > 0 ? gap / (length * (1 + 0x1p-40)) : 0;
+    return std::max(square_between(block, other), apart * apart * (1 - 0x1p-40));
+  }
+
+  std::uint32_t prim;
+  TriangleInDouble corner;
+  Block block;
+  glm::dvec3 normal;
+  double length;
+};
 
 /// The nearest pair so far.
 class Best {
@@ -174,6 +215,11 @@ class Best {
   /// Returns false if boxes with such a bound hold nothing that is wanted.
   bool wants(double square) const {
     return found_.distance > 0 && square <= found_.distance * found_.distance * (1 + 0x1p-40);
+  }
+  bool wants(const Facet& a, const Facet& b) const {
+    if (!wants(square_between(a.block, b.block))) return false;
+    const double gap = std::max(a.plane_gap(b), b.plane_gap(a));
+    return wants(gap * gap);
   }
   void take(const TriangleGap& gap, std::uint32_t prim, std::uint32_t other) {
     if (!(gap.distance <= limit_)) return;
@@ -188,25 +234,87 @@ class Best {
   Clearance found_;
 };
 
-Block block_of(const TriangleInDouble& t) {
-  const glm::dvec3 lo = glm::min(glm::min(t[0], t[1]), t[2]), hi = glm::max(glm::max(t[0], t[1]), t[2]);
-  return {0.5 * (lo + hi), (0.5 * (hi - lo)) * (1 + 0x1p-40)};
-}
+}  // namespace clearance
 
-/// NodePairs of nodes that are still to be visited, the nearest first among those of a step.
-struct NodePairs {
+/// A walk of both trees, the nearest pair of nodes first.
+class ClearanceWalk::Walk {
+ public:
+  Walk(const Side& side, const Side& other, const PoseInDouble& pose, double limit)
+      : side_(side), other_(other), best_(limit) {
+    for (std::size_t k = 0; k < 3; ++k) std::ranges::copy(pose[k], pose_.m[k]);
+  }
+
+  std::optional<Clearance> run() {
+    push(side_.root(), posed(other_.root()));
+    for (std::uint32_t steps = 1; !pairs_.empty(); ++steps) {
+      if (steps % 4096 == 0) check_interruption();
+      std::ranges::pop_heap(pairs_, std::ranges::greater{}, &Pair::square);
+      const Pair pair = pairs_.back();
+      pairs_.pop_back();
+      if (!best_.wants(pair.square)) break;  // nor are the others
+      if (pair.a.leaf && pair.b.leaf)
+        meet(pair.a, pair.b);
+      else if (pair.b.leaf || (!pair.a.leaf && glm::length(pair.a.block.half) >= glm::length(pair.b.block.half)))
+        side_.for_children(pair.a, [&](const Node& child) { push(child, pair.b); });
+      else
+        other_.for_children(pair.b, [&](const Node& child) { push(pair.a, posed(child)); });
+    }
+    return best_.found();
+  }
+
+ private:
   struct Pair {
     Node a, b;  // b lies where the pose puts it
     double square;
   };
-  void push_nearest_last(std::size_t from) {
-    std::sort(all.begin() + std::ptrdiff_t(from), all.end(),
-              [](const Pair& a, const Pair& b) { return a.square > b.square; });
-  }
-  std::vector<Pair> all;
-};
 
-}  // namespace
+  Node posed(Node node) const {
+    node.block = moved(node.block, pose_.m);
+    return node;
+  }
+  void push(const Node& a, const Node& b) {
+    double square = square_between(a.block, b.block);
+    if (!best_.wants(square)) return;
+    if (a.leaf != b.leaf) square = std::max(square, a.leaf ? square_from(of_side(a), b) : square_from(of_other(b), a));
+    if (!best_.wants(square)) return;
+    pairs_.push_back({a, b, square});
+    std::ranges::push_heap(pairs_, std::ranges::greater{}, &Pair::square);
+  }
+  /// Return the triangles of a leaf, valid until the next call.
+  std::span<const Facet> of_side(const Node& leaf) {
+    facets_.clear();
+    side_.for_triangles(leaf, [&](std::uint32_t prim, const Triangle& t) {
+      facets_.emplace_back(prim, TriangleInDouble{glm::dvec3(t[0]), glm::dvec3(t[1]), glm::dvec3(t[2])});
+    });
+    return facets_;
+  }
+  std::span<const Facet> of_other(const Node& leaf) {
+    other_facets_.clear();
+    other_.for_triangles(leaf, [&](std::uint32_t prim, const Triangle& t) {
+      other_facets_.emplace_back(prim, TriangleInDouble{moved(glm::dvec3(t[0]), pose_), moved(glm::dvec3(t[1]), pose_),
+                                                        moved(glm::dvec3(t[2]), pose_)});
+    });
+    return other_facets_;
+  }
+  static double square_from(std::span<const Facet> facets, const Node& node) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Facet& facet : facets) least = std::min(least, facet.square_from(node.block));
+    return least;
+  }
+  void meet(const Node& a, const Node& b) {
+    const std::span<const Facet> others = of_other(b);
+    for (const Facet& facet : of_side(a))
+      for (const Facet& other : others)
+        if (best_.wants(facet, other))
+          best_.take(triangle_distance(facet.corner, other.corner), facet.prim, other.prim);
+  }
+
+  const Side &side_, &other_;
+  Matrix pose_;
+  Best best_;
+  std::vector<Pair> pairs_;  // a heap
+  std::vector<Facet> facets_, other_facets_;
+};
 
 ClearanceWalk::ClearanceWalk(const OracleScene& scene, const OracleScene& other)
     : side_(std::make_unique<const Side>(scene)), other_(std::make_unique<const Side>(other)) {}
@@ -214,55 +322,7 @@ ClearanceWalk::~ClearanceWalk() = default;
 
 std::optional<Clearance> ClearanceWalk::find(const PoseInDouble& pose, double limit) const {
   if (side_->empty() || other_->empty() || !(limit >= 0)) return {};
-  Matrix matrix;
-  for (std::size_t k = 0; k < 3; ++k) std::ranges::copy(pose[k], matrix.m[k]);
-  Best best(limit);
-  NodePairs pairs;
-  const auto posed = [&](Node node) {
-    node.block = moved(node.block, matrix.m);
-    return node;
-  };
-  const auto push = [&](const Node& a, const Node& b) {
-    const double square = square_between(a.block, b.block);
-    if (best.wants(square)) pairs.all.push_back({a, b, square});
-  };
-  const auto meet = [&](const Node& a, const Node& b) {
-    std::vector<std::pair<std::uint32_t, TriangleInDouble>> others;
-    other_->for_triangles(b, [&](std::uint32_t prim, const Triangle& t) {
-      TriangleInDouble corners;
-      for (std::size_t i = 0; i < 3; ++i) corners[i] = moved(glm::dvec3(t[i]), matrix);
-      others.emplace_back(prim, corners);
-    });
-    side_->for_triangles(a, [&](std::uint32_t prim, const Triangle& t) {
-      const TriangleInDouble corners{glm::dvec3(t[0]), glm::dvec3(t[1]), glm::dvec3(t[2])};
-      const Block block = block_of(corners);
-      for (const auto& [other, there] : others)
-        if (best.wants(square_between(block, block_of(there))))
-          best.take(triangle_distance(corners, there), prim, other);
-    });
-  };
-  push(side_->root(), posed(other_->root()));
-  std::uint32_t steps = 0;
-  while (!pairs.all.empty()) {
-    const NodePairs::Pair pair = pairs.all.back();
-    pairs.all.pop_back();
-    if (!best.wants(pair.square)) continue;
-    if (++steps % 4096 == 0) check_interruption();
-    if (pair.a.leaf && pair.b.leaf) {
-      meet(pair.a, pair.b);
-      continue;
-    }
-    const std::size_t from = pairs.all.size();
-    const bool first =
-        pair.b.leaf || (!pair.a.leaf && glm::length(pair.a.block.half) >= glm::length(pair.b.block.half));
-    if (first)
-      side_->for_children(pair.a, [&](const Node& child) { push(child, pair.b); });
-    else
-      // Nodes of the other scene are kept as the pose puts them; their children are placed anew.
-      other_->for_children(pair.b, [&](const Node& child) { push(pair.a, posed(child)); });
-    pairs.push_nearest_last(from);
-  }
-  return best.found();
+  return Walk(*side_, *other_, pose, limit).run();
 }
 
 }  // namespace ballot

@@ -39,6 +39,7 @@ class ClearanceWalk {
 
  private:
   class Side;
+  class Walk;
   std::unique_ptr<const Side> side_, other_;
 };
 

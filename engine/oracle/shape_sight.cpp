@@ -137,14 +137,15 @@ glm::dvec2 octahedral_of(const glm::dvec3& v) {
 }
 
 OracleHit nearest_shape(const PlacedMesh& mesh, std::optional<std::uint32_t> prim) {
-  if (is_dead(mesh.ray)) return {};
+  const Ray ray = rounded(mesh.ray);  // exactly, as the rays of shapes are of float32
+  if (is_dead(ray)) return {};
   std::optional<ShapeSight> best;
   int best_end = 0;
   OracleHit hit;
-  double t_far = mesh.ray.t_max;
+  double t_far = ray.t_max;
   const auto test = [&](std::uint32_t i) {
     if (i == hit.prim) return;
-    ShapeSight sight(mesh.ray, mesh.kind, mesh.shapes[i]);
+    ShapeSight sight(ray, mesh.kind, mesh.shapes[i]);
     if (!sight.meets()) return;
     int end = 0;
     while (end < sight.ends() && !sight.within(end)) ++end;
@@ -161,7 +162,7 @@ OracleHit nearest_shape(const PlacedMesh& mesh, std::optional<std::uint32_t> pri
   if (prim) {
     test(*prim);
   } else {
-    Walker(mesh.tree).walk(FilterRay(mesh.ray), t_far, [&](std::uint32_t texel) {
+    Walker(mesh.tree).walk(FilterRay(ray), t_far, [&](std::uint32_t texel) {
       test(decode_prim(mesh.tree, texel));
       return true;
     });

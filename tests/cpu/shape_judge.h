@@ -98,7 +98,7 @@ inline std::string fault_of(const OracleScene& scene, const Ray& ray, const Hit&
   std::string fault;
   const auto claim = [&](const PlacedMesh& mesh) {
     const Number end = hit.prim == NO_HIT ? ray.t_max : hit.t;
-    return Claim{mesh.ray, end / mesh.scale, length(vector(mesh.ray.dir))};
+    return Claim{rounded(mesh.ray), end / mesh.scale, length(vector(mesh.ray.dir))};
   };
   const auto room = [&](const PlacedMesh& mesh, std::size_t i, const Claim& c) {
     const Number near = std::min(c.t, 16 / c.unit);  // what lies there is at hand

@@ -61,7 +61,9 @@ TEST_F(Auto, TakesOneMethodForAllChunksOfABatch) {
 }
 
 TEST_F(Auto, KnobsOfTheQueryDecideFirst) {
-  EXPECT_EQ(scene_->tracer->resolve({.knobs = {{"fallback", "1"}}}).method, "packet-wide");
+  if (gpu_->info().is_cpu()) {  // no packets of several rays in a lane are among what auto takes elsewhere
+    EXPECT_EQ(scene_->tracer->resolve({.knobs = {{"fallback", "1"}}}).method, "packet-wide");
+  }
   EXPECT_EQ(scene_->tracer->resolve({.knobs = {{"refetch", "0.25"}}}).knobs.at("refetch"), "0.25");
   EXPECT_THROW(scene_->tracer->resolve({.knobs = {{"vote", "any"}}}), Error);
   EXPECT_THROW(scene_->tracer->resolve({.knobs = {{"speed", "9"}}}), Error);
