@@ -58,8 +58,8 @@ def main():
     low, high = cells_of(scene, options.cells)
     counts, seconds, there = measured(lambda times: scene.count_overlapping(low, high, times=times))
     print(
-        f"{len(low)} boxes, {np.count_nonzero(counts)} with triangles, {counts.sum()} pairs: {len(low) / seconds / 1e6:.1f} "
-        f"M/s, device {len(low) / there / 1e6:.1f} M/s"
+        f"{len(low)} boxes, {np.count_nonzero(counts)} with triangles, {counts.sum()} pairs: "
+        f"{len(low) / seconds / 1e6:.1f} M/s, device {len(low) / there / 1e6:.1f} M/s"
     )
     if not options.other:
         return
