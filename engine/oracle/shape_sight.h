@@ -12,6 +12,7 @@
 #pragma once
 
 #include <compare>
+#include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
 

@@ -76,7 +76,7 @@ TEST_F(Doubles, PositionsAndDistancesAreInDouble) {
                         .positions = single.data(),
                         .t_double = t.data(),
                         .positions_double = at.data()});
-  const auto& [positions, indices] = terrain_.grid;
+  const std::vector<std::uint32_t>& indices = terrain_.grid.indices;
   double largest = 0, largest_single = 0;
   for (std::size_t i = 0; i < kRays; ++i) {
     if (prims[i] == ballot::kMiss) {
