@@ -12,6 +12,7 @@
 #include <glm/vector_relational.hpp>
 
 #include "engine/oracle/dyadic.h"
+#include "engine/oracle/predicates.h"
 
 namespace ballot {
 
@@ -35,28 +36,15 @@ int sign_of(const Gap& a, const Gap& b, const Gap& c, const Gap& d) {
   return (a.exact() * b.exact() - c.exact() * d.exact()).sign();
 }
 
-/// Returns the sign of the volume of a triangle and a point.
-int sign_of(const Triangle& t, const glm::vec3& point) {
-  const glm::dvec3 from(t[0]), x = glm::dvec3(t[1]) - from, y = glm::dvec3(t[2]) - from, z = glm::dvec3(point) - from;
-  double volume = 0, size = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double p = x[(i + 1) % 3] * y[(i + 2) % 3], q = x[(i + 2) % 3] * y[(i + 1) % 3];
-    volume += z[i] * (p - q);
-    size += std::abs(z[i]) * (std::abs(p) + std::abs(q));
-  }
-  if (std::abs(volume) > kRoom * size || size == 0) return sign_of(volume);
-  return dot(difference(point, t[0]), cross(difference(t[1], t[0]), difference(t[2], t[0]))).sign();
-}
-
 glm::vec3 corner_of(const Bounds& box, int i) {
   return {i & 1 ? box.hi.x : box.lo.x, i & 2 ? box.hi.y : box.lo.y, i & 4 ? box.hi.z : box.lo.z};
 }
 
 bool apart_along_normal(const Triangle& t, const Bounds& box) {
-  const int first = sign_of(t, box.lo);
+  const int first = volume_sign(t[0], t[1], t[2], box.lo);
   if (first == 0) return false;
   for (int i = 1; i < 8; ++i)
-    if (sign_of(t, corner_of(box, i)) != first) return false;
+    if (volume_sign(t[0], t[1], t[2], corner_of(box, i)) != first) return false;
   return true;
 }
 

@@ -33,6 +33,11 @@ struct ExactSight {
   Dyadic side[3], det, depth;
 };
 
+/// Returns the sign of the volume of four points, det [b - a, c - a, d - a]: 0 if they lie in a plane. `by_integers`,
+/// unless it is null, becomes true if double precision did not tell.
+int volume_sign(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d,
+                bool* by_integers = nullptr);
+
 /// True if the triangle has an area, without rounding.
 bool has_area(const Triangle& triangle);
 

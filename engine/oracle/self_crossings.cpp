@@ -1,8 +1,3 @@
-// The sign of the volume of four points, det [b - a, c - a, d - a], is decided in double precision if it is above a
-// bound of its rounding error. With u = 2^-53, each of its six products is off by 3 u of itself (its factors), 2 u (its
-// two multiplications) and 3 u (the sums): by 8 u of the sum of their sizes in all, and 16 u are taken. If that sum is
-// 0, so is each product, as none can underflow. In between integers decide.
-//
 // Triangles that share a corner, and those of one plane, are found to be apart by signs alone: a triangle passes
 // through another only if each has corners on both sides of the other's plane.
 #include "engine/oracle/self_crossings.h"
@@ -15,7 +10,7 @@
 #include <optional>
 
 #include "engine/core/parallel.h"
-#include "engine/oracle/dyadic.h"
+#include "engine/oracle/predicates.h"
 #include "engine/oracle/walker.h"
 #include "engine/tree/host/bvh.h"
 
@@ -33,24 +28,12 @@ constexpr std::uint64_t kExactLooks = 64;         // that integers count for
 constexpr std::size_t kCrossingsOfOne = 1 << 14;  // at most for one triangle
 constexpr double kBuildShare = 0.1;               // of the progress
 
-int exact_side(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) {
-  return dot(difference(d, a), cross(difference(b, a), difference(c, a))).sign();
-}
-
-/// Returns the sign of the volume of four points: 0 if they lie in a plane. Adds to `looks` what integers count for.
+/// Returns the sign of the volume of four points. Adds to `looks` what integers count for.
 int side_of(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d, std::uint64_t& looks) {
-  if (d == a || d == b || d == c) return 0;
-  const glm::dvec3 from(a), x = glm::dvec3(b) - from, y = glm::dvec3(c) - from, z = glm::dvec3(d) - from;
-  double volume = 0, size = 0;
-  for (int i = 0; i < 3; ++i) {
-    const double p = x[(i + 1) % 3] * y[(i + 2) % 3], q = x[(i + 2) % 3] * y[(i + 1) % 3];
-    volume += z[i] * (p - q);
-    size += std::abs(z[i]) * (std::abs(p) + std::abs(q));
-  }
-  if (std::abs(volume) > 0x1p-49 * size) return volume > 0 ? 1 : -1;
-  if (size == 0) return 0;
-  looks += kExactLooks;
-  return exact_side(a, b, c, d);
+  bool by_integers = false;
+  const int sign = volume_sign(a, b, c, d, &by_integers);
+  if (by_integers) looks += kExactLooks;
+  return sign;
 }
 
 /// Sets the sides of b's corners at the plane of a. Returns true if there are some on both sides.
