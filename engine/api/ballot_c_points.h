@@ -117,7 +117,7 @@ BALLOT_API BallotStatus ballot_list_overlapping(BallotScene* scene, const Ballot
 typedef struct BallotPoses {
   BALLOT_SIZE(BallotPoses);
   size_t shape[BALLOT_AXES] BALLOT_ZERO; /* as in BallotRays */
-  BallotColumn pose BALLOT_ZERO;         /* 12 numbers: a matrix of 3 rows of 4; NULL: it stays where it is */
+  BallotColumn pose BALLOT_ZERO;         /* 12 numbers within +-1e30: 3 rows of 4; NULL: it stays where it is */
   BallotColumn limit BALLOT_ZERO;        /* what is farther away is not looked for; NULL: no limit */
 } BallotPoses;
 

@@ -63,6 +63,13 @@ class Table {
     rows_.push_back({&to, from.numbers / width, width * (from.type == BALLOT_FLOAT64 ? 8u : 4u), std::move(name)});
     if (!has_shape_ && (rows_.size() == 1 || shape_[0] == 1)) shape_[0] = rows_.back().entries;
   }
+  /// Fills the words of filters.
+  template <class View, class Questions>
+  void add_filters(const View& view, Questions& to) {
+    add(view.masks, 1, "masks", to.mask);
+    add(view.excluded, 1, "excluded", to.excluded);
+    add(view.groups, 1, "groups", to.group);
+  }
   /// Sets the strides of numbers that lie side by side. Throws Error(Argument) unless they are one for all or as many
   /// as the questions.
   void fit() {
@@ -98,9 +105,7 @@ inline BallotRays rays_of(const RayView& rays) {
   table.add(rays.directions, 3, "directions", r.direction);
   table.add(rays.t_min, 1, "t_min", r.t_min);
   table.add(rays.t_max, 1, "t_max", r.t_max);
-  table.add(rays.masks, 1, "masks", r.mask);
-  table.add(rays.excluded, 1, "excluded", r.excluded);
-  table.add(rays.groups, 1, "groups", r.group);
+  table.add_filters(rays, r);
   table.add(rays.poses, 12, "poses", r.pose);
   table.add(rays.weights, 1, "weights", r.weight);
   table.fit();
@@ -113,9 +118,7 @@ inline BallotPoints points_of(const PointView& points) {
   Table table("points", points.shape, p.shape);
   table.add(points.at, 3, "at", p.at);
   table.add(points.limit, 1, "limit", p.limit);
-  table.add(points.masks, 1, "masks", p.mask);
-  table.add(points.excluded, 1, "excluded", p.excluded);
-  table.add(points.groups, 1, "groups", p.group);
+  table.add_filters(points, p);
   table.add(points.x, 1, "x", p.x);
   table.add(points.y, 1, "y", p.y);
   table.add(points.z, 1, "z", p.z);
@@ -128,9 +131,7 @@ inline BallotBoxes boxes_of(const BoxView& boxes) {
   Table table("boxes", boxes.shape, b.shape);
   table.add(boxes.low, 3, "low", b.low);
   table.add(boxes.high, 3, "high", b.high);
-  table.add(boxes.masks, 1, "masks", b.mask);
-  table.add(boxes.excluded, 1, "excluded", b.excluded);
-  table.add(boxes.groups, 1, "groups", b.group);
+  table.add_filters(boxes, b);
   table.fit();
   return b;
 }

@@ -1,5 +1,7 @@
 // Distances of scenes by the C interface.
 #include <atomic>
+#include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "engine/answer/clearance.h"
@@ -8,6 +10,8 @@
 
 namespace ballot::api {
 namespace {
+
+constexpr double kMostPose = 1e30;  // of a number
 
 /// The poses of a call.
 class PoseArray {
@@ -18,13 +22,15 @@ class PoseArray {
         pose_(read_column({"poses", "pose", 12}, shape_, given.pose), shape_),
         limit_(read_column({"poses", "limit"}, shape_, given.limit), shape_) {}
   std::size_t count() const { return shape_.count; }
-  /// Returns a pose. Throws Refused if it is not finite.
+  /// Returns a pose. Throws Refused if a number is larger than kMostPose, so that products of four coordinates stay in
+  /// range (engine/core/triangle_distance.h).
   PoseInDouble pose(std::size_t i) const {
     PoseInDouble pose{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
     pose_.for_doubles(i, 1, [&](std::size_t, const auto& v) {
       for (std::size_t k = 0; k < 12; ++k) {
-        if (!std::isfinite(v[k]))
-          refuse(fmt::format("poses: number {} of pose {} is {}; expected finite numbers", k, i, v[k]));
+        if (!(std::abs(v[k]) <= kMostPose))
+          refuse(fmt::format("poses: number {} of pose {} is {}; expected finite numbers within +-{:g}", k, i, v[k],
+                             kMostPose));
         pose[k / 4][k % 4] = v[k];
       }
     });

@@ -17,8 +17,8 @@ struct TriangleGap {
 /// Returns the distance of two closed triangles, of which either may be thin or without area, and two points that are
 /// so far apart. With M the largest distance of two of the corners, the distance is off by 2^-50 M at most, as was
 /// measured beside quadruple precision (tests/cpu/test_triangle_distance.cpp), and the points by as much, but for those
-/// of edges that are nearly parallel, which may lie elsewhere along them. Coordinates must be below 2^500 in size. It
-/// is 0 if an edge of one passes through the other.
+/// of edges that are nearly parallel, which may lie elsewhere along them. Coordinates must be below 2^250 in size, as
+/// products of four are formed. It is 0 if an edge of one passes through the other.
 TriangleGap triangle_distance(const TriangleInDouble& a, const TriangleInDouble& b);
 
 }  // namespace ballot

@@ -266,8 +266,8 @@ class Answers(ListAnswers):
                  Beyond the limit, or without a triangle, distances are inf, numbers ballot.MISS, the rest 0. With M the
                  largest distance of corners of the two triangles distances are off by 2^-49 M at most. Of pairs at the
                  same distance it is that of the smallest prim, then of the smallest other prim; of those at 0 some pair
-        poses    (..., 3, 4) or (..., 4, 4): matrices that place the other scene, read in double; None: it stays where
-                 it is
+        poses    (..., 3, 4) or (..., 4, 4): matrices that place the other scene, read in double, of numbers within
+                 +-1e30; None: it stays where it is
         limit    what is farther away is not looked for: a number of at least 0, or an array that broadcasts to the
                  poses' shape; None: there is no limit
         out, times, progress  as trace_columns()

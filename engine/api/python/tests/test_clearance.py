@@ -60,6 +60,7 @@ class Clearance(unittest.TestCase):
             (lambda: self.cube.clearance(self.cube, limit=[1, 2]), ValueError, "limit: shape is"),
             (lambda: self.cube.clearance(self.cube, ("far",)), ValueError, "columns: found 'far'"),
             (lambda: self.cube.clearance(self.cube, poses=self.poses((math.nan, 0, 0))), ValueError, "expected finite"),
+            (lambda: self.cube.clearance(self.cube, poses=self.poses((1e31, 0, 0))), ValueError, r"within \+-1e\+30"),
             (lambda: self.cube.clearance(ballot.Scene(ballot.spheres([[0, 0, 0]], 1))), ValueError, "has shapes"),
         ):
             with self.subTest(text=text), self.assertRaisesRegex(error, text):
